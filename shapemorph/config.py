@@ -1,0 +1,217 @@
+"""The YAML file as types: one frozen model per section, unknown keys are errors, all defaults here."""
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Unit = Literal["mm", "um", "cm", "m", "in"]
+Vector3 = tuple[float, float, float]
+
+
+class Section(BaseModel):
+    """Base of every section: immutable, unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class RegionConfig(Section):
+    """A part of the reference surface; every given limit applies."""
+
+    polygon: list[tuple[float, float]] | None = Field(
+        None, min_length=3, description="corners (x, y) in px of the flattened reference image"
+    )
+    mask: Path | None = Field(
+        None, description="picture of the size of the flattened reference image, white = measured"
+    )
+    centre: Vector3 | None = Field(
+        None, description="centre of a ball, in the reference file's units and frame"
+    )
+    radius: float | None = Field(None, gt=0, description="radius of the ball, in the same units")
+
+    @model_validator(mode="after")
+    def _ball_is_whole(self) -> Self:
+        if (self.centre is None) != (self.radius is None):
+            raise ValueError("centre and radius describe a ball together: give both or neither")
+        return self
+
+
+class InputsConfig(Section):
+    """What is measured."""
+
+    reference: Path | None = Field(None, description="textured mesh before the deformation")
+    deformed: Path | None = Field(None, description="textured mesh after the deformation")
+    units: Unit = Field("mm", description="length unit of both files, whatever their format")
+    reference_units: Unit | None = Field(None, description="overrides units for the reference")
+    deformed_units: Unit | None = Field(None, description="overrides units for the deformed")
+    landmarks: Path | None = Field(
+        None, description="CSV name,ref_x,ref_y,ref_z,def_x,def_y,def_z in the frames of the files"
+    )
+    region: RegionConfig | None = Field(None, description="limits the measurement")
+
+
+class FlattenConfig(Section):
+    """Section `flatten`: meshes to calibrated images."""
+
+    method: Literal["auto", "bff", "lscm", "orthographic"] = Field(
+        "auto", description="auto: boundary-first (bff), repaired or replaced where it flips"
+    )
+    px_per_mm: float | None = Field(
+        None, gt=0, description="image scale; empty: from the size of the speckle"
+    )
+    speckle_px: float = Field(
+        5.0, ge=3, le=20, description="size of a speckle that the automatic scale aims at, px"
+    )
+    max_megapixels: float = Field(
+        16.0, gt=0, description="largest calibrated image; a finer scale is reduced to it"
+    )
+    axis: Vector3 | None = Field(
+        None, description="viewing axis of orthographic; empty: normal of the best plane"
+    )
+
+
+class MatchConfig(Section):
+    """Section `match`: features to a smooth warp."""
+
+    ratio: float = Field(0.85, gt=0, lt=1, description="best over second-best distance")
+    max_rounds: int = Field(3, ge=1, description="rounds of matching through the last warp")
+    settle_px: float = Field(0.1, gt=0, description="stop when the warp moves less than this, px")
+    min_matches: int = Field(20, ge=6, description="fewer pairs are an error")
+
+
+class MorphConfig(Section):
+    """Section `morph`: the deformed image brought close to the reference."""
+
+    law: Literal["warp", "identity"] = Field(
+        "warp", description="warp: free two-dimensional; identity: the images are close already"
+    )
+    images: int = Field(
+        6, ge=0, multiple_of=2, description="synthetic images of the morph sequence (N - 2)"
+    )
+
+
+class TrackConfig(Section):
+    """Section `track`: which method of the paper."""
+
+    method: Literal["shape_morphing"] = Field("shape_morphing", description="the stage list")
+
+
+OddSize = Annotated[int, Field(ge=5, le=201)]
+
+
+class CorrelateConfig(Section):
+    """Section `correlate`: subset DIC."""
+
+    subset_size: OddSize | None = Field(
+        None, description="width of a subset, odd, px; empty: from the speckle"
+    )
+    spacing: Annotated[int, Field(ge=1, le=200)] | None = Field(
+        None, description="distance between points, px; empty: from the subset"
+    )
+    order: Literal[0, 1, 2] = Field(1, description="order of the subset shape function")
+    threads: Annotated[int, Field(ge=1)] | None = Field(
+        None, description="threads of the kernel; empty: all cores"
+    )
+    tolerance: float = Field(1e-3, gt=0, description="stop below this motion of a corner, px")
+    max_iterations: int = Field(30, ge=1, description="beyond it: NOT_CONVERGED")
+    min_zncc: float = Field(0.7, ge=-1, le=1, description="below it: LOW_ZNCC")
+    min_inside: float = Field(
+        0.5, gt=0, le=1, description="share of a subset that must lie inside the mask"
+    )
+    refinements: int = Field(
+        1, ge=0, le=5, description="times the morph is renewed from the field that DIC found"
+    )
+
+    @model_validator(mode="after")
+    def _subset_has_a_centre(self) -> Self:
+        if self.subset_size is not None and self.subset_size % 2 == 0:
+            raise ValueError(f"subset_size must be odd, got {self.subset_size}")
+        if self.subset_size and self.spacing and self.spacing > self.subset_size:
+            raise ValueError(
+                f"spacing {self.spacing} px leaves gaps between subsets of {self.subset_size} px: "
+                "lower spacing or raise subset_size"
+            )
+        return self
+
+
+class LiftConfig(Section):
+    """Section `lift`: grid positions to points in space."""
+
+    max_extrapolation_px: float = Field(
+        1.0, ge=0, description="farthest a match may lie outside the mesh and still be placed, px"
+    )
+
+
+class AlignConfig(Section):
+    """Section `align`: the rigid motion between the two files."""
+
+    method: Literal["auto", "landmarks", "icp", "landmarks+icp", "points"] = Field(
+        "auto", description="auto: landmarks where given, else a robust fit to matched points"
+    )
+    rigid_region: RegionConfig | None = Field(
+        None, description="part of the reference that did not deform; icp and points use only it"
+    )
+    icp_iterations: int = Field(50, ge=1, description="most iterations of ICP")
+
+
+class StrainConfig(Section):
+    """Section `strain`: the local fit."""
+
+    window: int = Field(5, ge=3, le=51, description="points across the fitting window, odd")
+
+    @model_validator(mode="after")
+    def _window_has_a_centre(self) -> Self:
+        if self.window % 2 == 0:
+            raise ValueError(f"window must be odd, got {self.window}")
+        return self
+
+
+class ReportConfig(Section):
+    """Section `report`: pictures and the page."""
+
+    figures: bool = Field(True, description="write figures/*.png and show them in report.html")
+
+
+class RunConfig(Section):
+    """A whole run."""
+
+    version: Literal[1] = Field(1, description="of this file format")
+    inputs: InputsConfig = InputsConfig()
+    track: TrackConfig = TrackConfig()
+    flatten: FlattenConfig = FlattenConfig()
+    match: MatchConfig = MatchConfig()
+    morph: MorphConfig = MorphConfig()
+    correlate: CorrelateConfig = CorrelateConfig()
+    lift: LiftConfig = LiftConfig()
+    align: AlignConfig = AlignConfig()
+    strain: StrainConfig = StrainConfig()
+    report: ReportConfig = ReportConfig()
+
+
+class DamageConfig(Section):
+    """What went wrong with the pattern of the deformed side."""
+
+    glare: bool = Field(False, description="a saturated spot")
+    lost_patch: bool = Field(False, description="a patch without pattern")
+    print_at_pole: bool = Field(False, description="a foreign mark at the pole")
+
+
+class SynthesizeConfig(Section):
+    """Section `synthesize`: a textured pair with exact truth."""
+
+    shape: Literal["dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid"] = Field(
+        "bulge", description="kind of deformation"
+    )
+    size: float = Field(70.0, gt=0, description="diameter or length of the object, mm")
+    speckle: float = Field(0.8, gt=0, description="diameter of a speckle on the material, mm")
+    faces: int = Field(40_000, ge=200, description="triangles of each mesh, about")
+    texture: int = Field(2048, ge=64, le=16384, description="width of the square texture, px")
+    grey_noise: float = Field(2.0, ge=0, description="noise of the texture, grey levels of 255")
+    vertex_noise: float = Field(
+        0.006, ge=0, description="noise of every vertex coordinate, mm, one sigma"
+    )
+    seed: int = Field(0, ge=0, description="of everything random")
+    format: Literal["obj", "glb", "ply"] = Field("obj", description="file format of both sides")
+    offset: float = Field(0.0, description="indentation: distance of the punch from the centre, mm")
+    tilt: float = Field(0.0, ge=-20, le=20, description="indentation: tilt of the punch, degrees")
+    damage: DamageConfig = DamageConfig()

@@ -1,0 +1,1 @@
+"""Nouns: what the data are."""

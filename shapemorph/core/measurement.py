@@ -1,0 +1,31 @@
+"""Everything that was measured, point by point, as users read it."""
+
+from dataclasses import dataclass
+
+from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.errors import DataError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measurement:
+    """The points inside the mask, one row each, with the arrays of the result files.
+
+    Attributes
+    ----------
+    reference : (N, 3) float64
+        Positions in mm in the frame of the reference file, finite for lost points too.
+    cells : (M, 4) int64
+        Quads between neighbours that are all OK, as row numbers, counter-clockwise seen
+        from the outer side.
+    arrays : dict of str to array
+        Point arrays by the names of the file contract (status, chart, deformed_position, ...).
+    """
+
+    reference: Floats
+    cells: Ints
+    arrays: dict[str, Floats]
+
+    def __post_init__(self) -> None:
+        for name, values in self.arrays.items():
+            if len(values) != len(self.reference):
+                raise DataError(f"{name} has {len(values)} rows for {len(self.reference)} points")

@@ -1,0 +1,1 @@
+"""Doors to the disk: readers and writers."""

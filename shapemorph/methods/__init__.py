@@ -1,0 +1,1 @@
+"""Tools: algorithms on arrays and nouns, explicit keyword parameters, no configuration."""

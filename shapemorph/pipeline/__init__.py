@@ -1,0 +1,1 @@
+"""Order: which stages run, in what order, stored where."""

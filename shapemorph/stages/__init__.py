@@ -1,0 +1,1 @@
+"""Verbs: one file is one step of a measurement."""

@@ -1,0 +1,1 @@
+"""Doors to the screen: pictures, plots and the report."""
