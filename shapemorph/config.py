@@ -1,4 +1,4 @@
-"""The YAML file as types: a frozen model per section, unknown keys are errors, defaults live here."""
+"""The YAML file as types: one frozen model per section, all defaults, unknown keys are errors."""
 
 from pathlib import Path
 from typing import Annotated, Literal, Self
