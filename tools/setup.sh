@@ -33,10 +33,20 @@ make_venv() {
     "$PYTHON" -m venv --clear "$VENV"
 }
 
+# Runs a command that says nothing when all is well and its last lines when it fails.
+quietly() {
+    log=$(mktemp)
+    if "$@" >"$log" 2>&1; then rm -f "$log"; return 0; fi
+    tail -n 15 "$log" >&2
+    rm -f "$log"
+    return 1
+}
+
 install_packages() {
-    say "installing Python packages (about 2 GB, some minutes the first time)"
-    PIP_DISABLE_PIP_VERSION_CHECK=1 "$VENV/bin/python" -m pip install --quiet -e '.[dev]' ||
-        stop "pip could not install the packages: see its message above, mend that, and run this again"
+    if [ -e "$VENV/.installed" ]; then say "bringing the Python packages up to date"
+    else say "installing Python packages: 2 GB, some minutes"; fi
+    quietly "$VENV/bin/python" -m pip install --disable-pip-version-check -e '.[dev]' ||
+        stop "pip could not install the packages: mend what it says above and run this again"
 }
 
 # Prints the Debian package of every shared library that the loader does not find.
@@ -51,11 +61,13 @@ PACKAGES = {
     "libX11.so.6": "libx11-6",
     "libusb-1.0.so.0": "libusb-1.0-0",
 }
+missing = []
 for library, package in PACKAGES.items():
     try:
         ctypes.CDLL(library)
     except OSError:
-        print(package, end=" ")
+        missing.append(package)
+print(*missing)
 END
 }
 
@@ -68,16 +80,12 @@ can_install() {
     [ "$(id -u)" -eq 0 ] || { command -v sudo >/dev/null 2>&1 && sudo -n true 2>/dev/null; }
 }
 
-# A refused list refresh is no reason to stop: the packages may be known already.
+# A refused refresh of the list is no reason to stop: the packages may be known already.
 apt_install() {
-    log=$(mktemp)
-    as_root apt-get update -qq >"$log" 2>&1 || say "apt-get update failed, trying without"
+    quietly as_root apt-get update || say "apt-get update failed, trying without"
     # shellcheck disable=SC2086  # one word per package is meant
-    if as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $1 >>"$log" 2>&1
-    then rm -f "$log"; return 0; fi
-    tail -n 5 "$log" >&2
-    rm -f "$log"
-    return 1
+    quietly as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y --no-install-recommends $1
 }
 
 install_libraries() {
