@@ -1,0 +1,37 @@
+"""The configuration refuses what it cannot do."""
+
+import pytest
+from pydantic import ValidationError
+
+from shapemorph.config import CorrelateConfig, RegionConfig, RunConfig, StrainConfig
+
+
+def test_unknown_keys_are_errors():
+    with pytest.raises(ValidationError, match="subset_radius"):
+        RunConfig.model_validate({"correlate": {"subset_radius": 10}})
+
+
+def test_every_default_is_valid_and_survives_a_round_trip():
+    config = RunConfig()
+    assert RunConfig.model_validate(config.model_dump(mode="json")) == config
+
+
+@pytest.mark.parametrize(
+    ("section", "values", "message"),
+    [
+        (CorrelateConfig, {"subset_size": 20}, "odd"),
+        (CorrelateConfig, {"subset_size": 15, "spacing": 16}, "gaps"),
+        (StrainConfig, {"window": 4}, "odd"),
+        (RegionConfig, {"centre": (0, 0, 0)}, "both or neither"),
+        (RegionConfig, {"radius": -1.0, "centre": (0, 0, 0)}, "greater than 0"),
+    ],
+)
+def test_impossible_values_say_why(section, values, message):
+    with pytest.raises(ValidationError, match=message):
+        section.model_validate(values)
+
+
+def test_sections_cannot_be_changed_after_they_were_made():
+    config = CorrelateConfig()
+    with pytest.raises(ValidationError, match="frozen"):
+        config.order = 2
