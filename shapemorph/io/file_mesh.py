@@ -1,0 +1,101 @@
+"""A mesh as its file has it: triangles, before units, welding and cleaning."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats, Greys, Ints
+
+Wrap = Literal["repeat", "mirror", "clamp"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FileMesh:
+    """What every reader hands over.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+        In the unit of the file.
+    faces : (F, 3) int64
+        Rows of `vertices`.
+    wedge_uv : (F, 3, 2) float64
+        Origin at the lower left, not yet brought into the picture; NaN where a corner has
+        none. Zero size along the first axis where the grey comes from the corners.
+    face_texture : (F,) int64
+        Row of `textures`, -1 where the face has none; zero size likewise.
+    textures : tuple of (H, W) float32
+    corner_grey : (F, 3) float64
+        Zero size along the first axis where the grey comes from textures.
+    file_format, method, grey_source : str
+        As in :class:`~shapemorph.core.meshreport.MeshReport`.
+    polygons_split : int
+    wrap : str
+        How the picture goes on beyond its border.
+    notes : tuple of str
+    """
+
+    vertices: Floats
+    faces: Ints
+    wedge_uv: Floats
+    face_texture: Ints
+    textures: tuple[Greys, ...]
+    corner_grey: Floats
+    file_format: str
+    method: str
+    grey_source: str
+    polygons_split: int
+    wrap: Wrap
+    notes: tuple[str, ...]
+
+    def noted(self, *notes: str) -> "FileMesh":
+        """Return the same mesh with more notes."""
+        return replace(self, notes=(*self.notes, *notes))
+
+    def textured(
+        self, wedge_uv: Floats, face_texture: Ints, textures: tuple[Greys, ...], wrap: Wrap
+    ) -> "FileMesh":
+        """Return the same triangles with textures on them."""
+        return replace(
+            self,
+            wedge_uv=wedge_uv,
+            face_texture=face_texture,
+            textures=textures,
+            wrap=wrap,
+            grey_source="texture",
+        )
+
+    def coloured(self, corner_grey: Floats) -> "FileMesh":
+        """Return the same triangles with grey at their corners."""
+        return replace(self, corner_grey=corner_grey, grey_source="vertex colours")
+
+    def only(self, rows: Ints) -> "FileMesh":
+        """Return some of the faces."""
+        return replace(
+            self,
+            faces=self.faces[rows],
+            wedge_uv=self.wedge_uv[rows] if self.textures else self.wedge_uv,
+            face_texture=self.face_texture[rows] if self.textures else self.face_texture,
+            corner_grey=self.corner_grey if self.textures else self.corner_grey[rows],
+        )
+
+
+def bare_mesh(
+    vertices: Floats, faces: Ints, *, file_format: str, polygons_split: int = 0
+) -> FileMesh:
+    """Make the triangles of a file, as yet without a pattern."""
+    return FileMesh(
+        vertices,
+        faces,
+        wedge_uv=np.zeros((0, 3, 2)),
+        face_texture=np.zeros(0, dtype=np.int64),
+        textures=(),
+        corner_grey=np.zeros((0, 3)),
+        file_format=file_format,
+        method="faces of the file",
+        grey_source="none",
+        polygons_split=polygons_split,
+        wrap="repeat",
+        notes=(),
+    )

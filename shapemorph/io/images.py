@@ -1,0 +1,297 @@
+"""Pictures from and to the disk: any bit depth and colour model becomes grey in [0, 1]."""
+
+import io
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Greys
+from shapemorph.core.errors import DataError
+from shapemorph.core.image import GreyImage
+from shapemorph.io.greys import LUMA
+
+PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".webp", ".tga")
+
+_MAX_PIXELS = 1 << 30
+_MAX_PIXELS_PER_BYTE = 5000  # the best that deflate or run lengths do on real formats
+_ROWS_AT_ONCE = 512
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """A decoded picture.
+
+    Attributes
+    ----------
+    grey : (H, W) float32
+        In [0, 1], row 0 on top.
+    opaque : (H, W) bool
+        Where alpha is at least one half; everywhere without alpha.
+    notes : tuple of str
+        One sentence each for what a user should know.
+    """
+
+    grey: Greys
+    opaque: Bools
+    notes: tuple[str, ...]
+
+
+def read_grey_image(path: Path) -> GreyImage:
+    """Read a plain picture as grey levels; transparent pixels are outside the mask.
+
+    Colour becomes grey by the Rec. 709 luma of the stored values; 16-bit pictures are scaled
+    by their full range.
+
+    Raises
+    ------
+    DataError
+        If the file is missing, truncated or not a picture.
+    """
+    picture = read_picture(path)
+    return GreyImage(picture.grey, picture.opaque)
+
+
+def read_picture(path: Path) -> Picture:
+    """Read a picture file with notes on what had to be decided."""
+    return decode_picture(read_bytes(path, what="picture"), name=path.name)
+
+
+def read_bytes(path: Path, *, what: str) -> bytes:
+    """Read a whole file, or say what is wrong with its path."""
+    if path.is_dir():
+        raise DataError(f"expected a {what} file, got the folder {path}: name the file in it")
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise DataError(f"{what} file {path} does not exist: check the path") from None
+    except (OSError, ValueError) as error:
+        raise DataError(f"{what} file {path} cannot be read ({error})") from None
+    if not data:
+        raise DataError(f"{what} file {path} is empty: export it again")
+    return data
+
+
+def write_grey_png(path: Path, grey: Greys, mask: Bools) -> None:
+    """Write grey levels as an 8-bit PNG; outside the mask it is transparent.
+
+    Parameters
+    ----------
+    path : Path
+    grey : (H, W)
+        In [0, 1]; clipped.
+    mask : (H, W)
+        Pixels that mean something.
+    """
+    from PIL import Image
+
+    if grey.shape != mask.shape or grey.ndim != 2:
+        raise DataError(f"grey and mask must have one shape (H, W), got {grey.shape}, {mask.shape}")
+    levels = np.where(mask, np.clip(grey, 0.0, 1.0) * 255.0 + 0.5, 0.0).astype(np.uint8)
+    picture = Image.fromarray(levels)
+    if not mask.all():
+        picture.putalpha(Image.fromarray(np.where(mask, 255, 0).astype(np.uint8)))
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        picture.save(partial, format="PNG")
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        message = f"cannot write the picture {path} ({error}): choose another place"
+        raise DataError(message) from None
+
+
+def decode_picture(data: bytes, *, name: str) -> Picture:
+    """Decode the bytes of a picture file.
+
+    Parameters
+    ----------
+    data : bytes
+        A whole PNG, TIFF, JPEG, BMP, WebP or TGA file.
+    name : str
+        What messages call it.
+
+    Raises
+    ------
+    DataError
+        If the bytes are truncated, damaged or no picture.
+    """
+    stored, notes = _stored_values(data, name)
+    values, opaque = _without_alpha(stored)
+    scaled, scale_notes = _unit_range(values, name)
+    if not opaque.all():
+        share = 1.0 - float(opaque.mean())
+        notes += (f"{name}: {share:.1%} of its pixels are transparent; used as they are stored",)
+    return Picture(scaled, opaque, notes + scale_notes)
+
+
+def _stored_values(data: bytes, name: str) -> tuple[np.ndarray[Any, Any], tuple[str, ...]]:
+    """Array (H, W) or (H, W, 2..4) in RGB(A) order as the file stores it."""
+    from PIL import Image, UnidentifiedImageError
+
+    with _quiet(), _any_size():
+        try:
+            with Image.open(io.BytesIO(data)) as picture:
+                _check_claimed_size(picture.size, len(data), name)
+                deep = _bits(picture, data) > 8
+                _check_checksums(picture.format, data)
+                picture.load()
+                frames = int(getattr(picture, "n_frames", 1))
+                array = _pillow_array(picture)
+        except UnidentifiedImageError:
+            return _opencv_array(data, name), ()
+        except DataError:
+            raise
+        except Exception as error:  # noqa: BLE001 decoders raise whatever they like
+            raise _damaged(name, error) from None
+    if deep and array.dtype == np.uint8:  # pillow drops the lower byte of deep colour
+        array = _opencv_array(data, name)
+    many = (f"{name}: first of its {frames} pictures used",) if frames > 1 else ()
+    return array, many
+
+
+def _damaged(name: str, error: object) -> DataError:
+    reason = " ".join(str(error).split()) or type(error).__name__
+    return DataError(
+        f"{name}: expected a whole picture (PNG, TIFF, JPEG or BMP), got a truncated or damaged "
+        f"one ({reason[:120]}): export or copy it again"
+    )
+
+
+def _check_claimed_size(size: tuple[int, int], length: int, name: str) -> None:
+    """Refuse a small file that would unpack to gigabytes."""
+    pixels = size[0] * size[1]
+    if pixels == 0 or pixels > _MAX_PIXELS or pixels > length * _MAX_PIXELS_PER_BYTE:
+        raise DataError(
+            f"{name}: expected a picture of up to {_MAX_PIXELS / 1e6:.0f} megapixels, got a "
+            f"header that claims {size[0]} x {size[1]} px in {length} bytes: export it again"
+        )
+
+
+def _check_checksums(file_format: str | None, data: bytes) -> None:
+    """Compare the checksums of a PNG, which decoding alone passes over."""
+    from PIL import Image
+
+    if file_format == "PNG":
+        with Image.open(io.BytesIO(data)) as again:
+            again.verify()
+
+
+def _bits(picture: Any, data: bytes) -> int:
+    """Bits per channel in the file."""
+    if picture.format == "PNG":
+        return data[24]
+    if picture.format == "TIFF":
+        bits = picture.tag_v2.get(258, (8,))
+        return int(max(bits)) if isinstance(bits, tuple) else int(bits)
+    return 8
+
+
+def _pillow_array(picture: Any) -> np.ndarray[Any, Any]:
+    mode = picture.mode
+    if mode == "1":
+        return np.asarray(picture.convert("L"))
+    if mode in ("P", "PA"):
+        picture = picture.convert("RGBA" if "transparency" in picture.info else "RGB")
+    elif mode not in ("L", "LA", "RGB", "RGBA", "F", "I") and not mode.startswith("I;16"):
+        picture = picture.convert("RGB")  # CMYK, YCbCr, Lab, HSV, premultiplied
+    array = np.asarray(picture)
+    if array.ndim not in (2, 3):
+        raise DataError(f"expected rows and columns, got an array of shape {array.shape}")
+    return array.astype(np.uint16) if mode.startswith("I;16") else array
+
+
+def _opencv_array(data: bytes, name: str) -> np.ndarray[Any, Any]:
+    """Decode with OpenCV: deep colour, and what pillow does not know."""
+    import cv2
+
+    level = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(0)
+    try:
+        array = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error as error:
+        raise _damaged(name, error.err) from None
+    finally:
+        cv2.utils.logging.setLogLevel(level)
+    if array is None or array.size == 0:
+        raise DataError(
+            f"{name}: expected a picture (PNG, TIFF, JPEG or BMP), got something else or a damaged "
+            "file: export it again"
+        )
+    decoded: np.ndarray[Any, Any] = np.asarray(array)
+    if decoded.ndim == 3 and decoded.shape[2] >= 3:
+        decoded = decoded[:, :, [2, 1, 0, 3][: decoded.shape[2]]]
+    return decoded
+
+
+def _without_alpha(stored: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], Bools]:
+    """Split off the alpha channel of LA and RGBA arrays."""
+    if stored.ndim == 3 and stored.shape[2] == 1:
+        stored = stored[:, :, 0]
+    if stored.ndim == 2:
+        return stored, np.ones(stored.shape, dtype=np.bool_)
+    if stored.shape[2] == 3:
+        return stored, np.ones(stored.shape[:2], dtype=np.bool_)
+    alpha = stored[:, :, -1]
+    full = np.iinfo(stored.dtype).max if np.issubdtype(stored.dtype, np.integer) else 1.0
+    opaque: Bools = alpha >= full / 2
+    colour = stored[:, :, 0] if stored.shape[2] == 2 else stored[:, :, :3]
+    return colour, opaque
+
+
+def _unit_range(values: np.ndarray[Any, Any], name: str) -> tuple[Greys, tuple[str, ...]]:
+    """Grey in [0, 1] and a note where the range of the values had to be guessed."""
+    if values.dtype == np.bool_:
+        values = values.astype(np.uint8) * np.uint8(255)
+    if values.dtype in (np.dtype(np.uint8), np.dtype(np.uint16)):
+        full = float(np.iinfo(values.dtype).max)
+        return _luma(values, 0.0, full), ()
+    finite = np.isfinite(values)
+    if not finite.any():
+        raise DataError(f"{name}: expected grey levels, got no finite value: export it again")
+    low, high = float(values[finite].min()), float(values[finite].max())
+    if low >= 0.0 and high <= 1.0:
+        floor, full = 0.0, 1.0
+    elif low >= 0.0 and high <= 65535.0:
+        floor, full = 0.0, 255.0 if high <= 255.0 else 65535.0
+    else:
+        floor, full = low, high
+    note = f"{name}: values {low:.6g} to {high:.6g} taken as grey from {floor:.6g} to {full:.6g}"
+    return _luma(np.where(finite, values, floor), floor, full), (note,)
+
+
+def _luma(values: np.ndarray[Any, Any], floor: float, full: float) -> Greys:
+    """Rec. 709 luma, scaled so that floor..full is 0..1; in strips to bound the memory."""
+    grey = np.empty(values.shape[:2], dtype=np.float32)
+    weights = LUMA / (full - floor)
+    for top in range(0, len(values), _ROWS_AT_ONCE):
+        strip = values[top : top + _ROWS_AT_ONCE].astype(np.float64) - floor
+        levels = strip @ weights if strip.ndim == 3 else strip / (full - floor)
+        grey[top : top + _ROWS_AT_ONCE] = np.clip(levels, 0.0, 1.0)
+    return grey
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep remarks of decoders about metadata to themselves."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+@contextmanager
+def _any_size() -> Iterator[None]:
+    """Lift pillow's own limit: textures of 16384 px squared are real, and we check ourselves."""
+    from PIL import Image
+
+    limit = Image.MAX_IMAGE_PIXELS
+    Image.MAX_IMAGE_PIXELS = None
+    try:
+        yield
+    finally:
+        Image.MAX_IMAGE_PIXELS = limit

@@ -1,0 +1,205 @@
+"""The statements of an OBJ file as arrays."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.errors import DataError
+from shapemorph.io.mtl import decode_text
+from shapemorph.io.text_numbers import (
+    NotANumberError,
+    parse_floats,
+    parse_values,
+    token_starts,
+    tokens_per_line,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObjLines:
+    """An OBJ file cut into lines.
+
+    Attributes
+    ----------
+    name : str
+    data : bytes
+        Ends with a line break; lines begin with their keyword.
+    start, end : (L,) int64
+        First byte of each line, and its line break.
+    """
+
+    name: str
+    data: bytes
+    start: Ints
+    end: Ints
+
+    def rows(self, keyword: bytes) -> Ints:
+        """Lines that begin with a keyword and a blank."""
+        data = np.frombuffer(self.data, dtype=np.uint8)
+        rows = np.flatnonzero(self.end - self.start > len(keyword))
+        for place, letter in enumerate(keyword):
+            rows = rows[data[self.start[rows] + place] == letter]
+        return rows[data[self.start[rows] + len(keyword)] <= ord(" ")]
+
+    def block(self, rows: Ints, keyword: bytes) -> bytes:
+        """Text of the given lines without their keyword and comments."""
+        length = self.end - self.start + 1
+        chosen = np.zeros(len(length), dtype=np.bool_)
+        chosen[rows] = True
+        text = np.frombuffer(self.data, dtype=np.uint8)[np.repeat(chosen, length)]
+        begin = np.cumsum(length[rows]) - length[rows]
+        for place in range(len(keyword)):
+            text[begin + place] = ord(" ")
+        joined = text.tobytes()
+        return re.sub(rb"#[^\n]*", b"", joined) if b"#" in joined else joined
+
+    def statement(self, row: int, keyword: str) -> str:
+        """Return what follows the keyword on one line."""
+        return decode_text(self.data[self.start[row] : self.end[row]])[len(keyword) :].strip()
+
+    def problem(self, row: int, message: str) -> DataError:
+        """Make an error that names a line."""
+        return DataError(f"{self.name}, line {row + 1}: {message}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Polygons:
+    """Faces as the file has them, corner after corner.
+
+    Attributes
+    ----------
+    vertex, uv : (N,) int64
+        Rows of the vertices and of the texture coordinates; uv is -1 where there is none.
+    sizes : (P,) int64
+        Corners of each polygon.
+    line : (P,) int64
+        Line of each polygon.
+    """
+
+    vertex: Ints
+    uv: Ints
+    sizes: Ints
+    line: Ints
+
+
+def cut_lines(data: bytes, name: str) -> ObjLines:
+    """Cut a file into lines: line breaks of every system, continuations joined."""
+    if b"\0" in data[: 1 << 20]:
+        raise DataError(f"{name}: expected the text of an OBJ file, got binary data")
+    text = data.removeprefix(b"\xef\xbb\xbf")
+    if b"\r" in text:
+        text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if b"\\\n" in text:
+        text = text.replace(b"\\\n", b" ")
+    if re.search(rb"(?m)^[ \t]+\S", text):
+        text = re.sub(rb"(?m)^[ \t]+", b"", text)
+    text += b"\n"
+    end = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+    return ObjLines(name, text, np.r_[0, end[:-1] + 1], end)
+
+
+def read_vertices(lines: ObjLines) -> tuple[Floats, Floats | None]:
+    """Positions (V, 3), and colours (V, 3) if every vertex has one."""
+    table, counts = _table(lines, b"v", fewest=3)
+    if len(counts) == 0:
+        raise DataError(
+            f"{lines.name}: expected an OBJ file with vertices (lines 'v x y z'), got none"
+        )
+    first = np.cumsum(counts) - counts
+    positions = table[first[:, None] + np.arange(3)]
+    if counts.min() < 6:
+        return positions, None
+    return positions, table[first[:, None] + np.arange(3, 6)]
+
+
+def read_texture_coordinates(lines: ObjLines) -> Floats:
+    """Texture coordinates (T, 2); a missing second one is 0."""
+    table, counts = _table(lines, b"vt", fewest=1)
+    if len(counts) and counts.min() == 1:
+        table = np.append(table, 0.0)
+    first = np.cumsum(counts) - counts
+    uv: Floats = table[np.minimum(first[:, None] + np.arange(2), max(len(table) - 1, 0))]
+    uv[counts == 1, 1] = 0.0
+    return uv
+
+
+def read_polygons(lines: ObjLines) -> Polygons:
+    """Faces with indices resolved to rows; lines with less than three corners are left out."""
+    rows = lines.rows(b"f")
+    block = lines.block(rows, b"f")
+    try:
+        vertex, uv = _corner_indices(block)
+    except NotANumberError as error:
+        message = f"expected corners v, v/vt, v//vn or v/vt/vn, got {error.token!r}"
+        raise lines.problem(int(rows[error.line]), message) from None
+    sizes = tokens_per_line(block)
+    line = np.repeat(rows, sizes)
+    kept = np.repeat(sizes >= 3, sizes)
+    return Polygons(
+        _resolved(lines, b"v", vertex, line)[kept],
+        _resolved(lines, b"vt", uv, line)[kept],
+        sizes[sizes >= 3],
+        rows[sizes >= 3],
+    )
+
+
+def _table(lines: ObjLines, keyword: bytes, fewest: int) -> tuple[Floats, Ints]:
+    """Numbers on all lines of one keyword, and how many on each."""
+    rows = lines.rows(keyword)
+    if len(rows) == 0:
+        return np.zeros(0), np.zeros(0, dtype=np.int64)
+    try:
+        values, counts = parse_floats(lines.block(rows, keyword))
+    except NotANumberError as error:
+        message = f"expected numbers after {keyword.decode()}, got {error.token!r}"
+        raise lines.problem(int(rows[error.line]), message) from None
+    short = np.flatnonzero(counts < fewest)
+    if len(short):
+        row = int(short[0])
+        message = f"expected {fewest} or more numbers after {keyword.decode()}, got {counts[row]}"
+        raise lines.problem(int(rows[row]), message)
+    return values, counts
+
+
+def _corner_indices(block: bytes) -> tuple[Ints, Ints]:
+    """Vertex and vt numbers of every corner as written; vt is 0 where there is none."""
+    data = np.frombuffer(block, dtype=np.uint8)
+    slash = data == ord("/")
+    figure = (data > ord(" ")) & ~slash
+    begins = figure.copy()
+    begins[1:] &= ~figure[:-1]
+    number_at = np.flatnonzero(begins)
+    values = parse_values(block.replace(b"/", b" "), np.int64, len(number_at))
+    corner_starts = token_starts(data)
+    corner = np.cumsum(corner_starts, dtype=np.int32)[number_at] - 1
+    corner_at = np.flatnonzero(corner_starts)
+    slashes = np.cumsum(slash, dtype=np.int32)
+    field = slashes[number_at] - slashes[corner_at[corner]]
+
+    vertex = np.zeros(len(corner_at), dtype=np.int64)
+    uv = np.zeros(len(corner_at), dtype=np.int64)
+    # A corner that begins with a slash has its first number in field 0 by this count: refuse it.
+    odd = np.flatnonzero(slash[corner_at])
+    if len(odd) or field.max(initial=0) > 2:
+        place = corner_at[odd[0]] if len(odd) else number_at[np.argmax(field)]
+        raise NotANumberError(block.count(b"\n", 0, int(place)), "a misplaced slash")
+    vertex[corner[field == 0]] = values[field == 0]
+    uv[corner[field == 1]] = values[field == 1]
+    return vertex, uv
+
+
+def _resolved(lines: ObjLines, keyword: bytes, written: Ints, line: Ints) -> Ints:
+    """Turn numbers as written (from 1, or backwards from -1) into rows; -1 for a missing vt."""
+    defined = lines.rows(keyword)
+    row = written - 1
+    backwards = np.flatnonzero(written < 0)
+    row[backwards] = np.searchsorted(defined, line[backwards]) + written[backwards]
+    lowest = -1 if keyword == b"vt" else 0
+    wrong = np.flatnonzero((row < lowest) | (row >= len(defined)) | ((written < 0) & (row < 0)))
+    if len(wrong):
+        got = int(written[wrong[0]])
+        message = f"expected {keyword.decode()} numbers from 1 to {len(defined)}, got {got}"
+        raise lines.problem(int(line[wrong[0]]), message)
+    return row

@@ -1,0 +1,237 @@
+"""From the triangles of a file to one clean, oriented, connected surface."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.errors import DataError
+from shapemorph.methods.gluing import (
+    boundary_loops,
+    euler_characteristic,
+    face_areas,
+    glue,
+    orient,
+    pieces,
+    separate,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CleaningCounts:
+    """What was found and mended.
+
+    Attributes
+    ----------
+    welded_vertices, unreferenced_vertices, degenerate_faces, duplicate_faces : int
+        Removed.
+    non_manifold_faces : int
+        Cut loose at an edge with more than two faces.
+    split_vertices : int
+        Added where faces met at a vertex or a crowded edge without being neighbours.
+    turned_faces : int
+        Turned over to agree with their neighbours.
+    one_sided_edges : int
+        Cut because the surface has no two sides.
+    components, dropped_faces : int
+        Connected pieces, and faces of all but the largest.
+    boundary_loops, euler_characteristic : int
+        Of what is kept.
+    """
+
+    welded_vertices: int
+    unreferenced_vertices: int
+    degenerate_faces: int
+    duplicate_faces: int
+    non_manifold_faces: int
+    split_vertices: int
+    turned_faces: int
+    one_sided_edges: int
+    components: int
+    dropped_faces: int
+    boundary_loops: int
+    euler_characteristic: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CleanSurface:
+    """A surface whose faces know where they come from.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int64
+    corners : (F, 3) int64
+        Corner ``3 f + k`` of the original faces that each corner is, to carry along what
+        belongs to corners.
+    counts : CleaningCounts
+    """
+
+    vertices: Floats
+    faces: Ints
+    corners: Ints
+    counts: CleaningCounts
+
+
+def clean_surface(
+    vertices: Floats, faces: Ints, *, weld_tolerance: float, flatness: float
+) -> CleanSurface:
+    """Weld, remove what is no surface, cut what is no manifold, orient, keep the largest piece.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+        Finite where faces use them.
+    faces : (F, 3)
+        Valid rows of `vertices`.
+    weld_tolerance : float
+        Vertices closer than this share of the bounding box's diagonal are one (and never
+        farther apart than a hundredth of the median edge).
+    flatness : float
+        Faces whose height is below this share of their longest side are degenerate.
+
+    Returns
+    -------
+    CleanSurface
+
+    Raises
+    ------
+    DataError
+        If no face has an area.
+    """
+    used, triangles = np.unique(faces, return_inverse=True)
+    points, triangles = vertices[used], triangles.reshape(-1, 3).astype(np.int64)
+    kept, merged = weld(points, tolerance=_weld_distance(points, triangles, weld_tolerance))
+    points, triangles = points[kept], merged[triangles]
+
+    sound = np.flatnonzero(~degenerate(points, triangles, flatness=flatness))
+    if len(sound) == 0:
+        raise DataError(
+            f"expected triangles with an area, got {len(faces)} faces of which all are points or "
+            "lines: check what was exported"
+        )
+    fresh = sound[~repeated(triangles[sound])]
+    piece = _largest_piece(points, triangles[fresh])
+    counts = CleaningCounts(
+        welded_vertices=len(used) - len(kept),
+        unreferenced_vertices=len(vertices) - len(used),
+        degenerate_faces=len(faces) - len(sound),
+        duplicate_faces=len(sound) - len(fresh),
+        non_manifold_faces=piece.non_manifold_faces,
+        split_vertices=len(piece.source) - len(np.unique(piece.source)),
+        turned_faces=piece.turned_faces,
+        one_sided_edges=piece.one_sided_edges,
+        components=piece.components,
+        dropped_faces=len(fresh) - len(piece.faces),
+        boundary_loops=boundary_loops(piece.faces),
+        euler_characteristic=euler_characteristic(piece.faces),
+    )
+    corners = 3 * fresh[piece.corners // 3] + piece.corners % 3
+    return CleanSurface(points[piece.source], piece.faces, corners, counts)
+
+
+def weld(vertices: Floats, *, tolerance: float) -> tuple[Ints, Ints]:
+    """Merge vertices at the same position.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+    tolerance : float
+        Largest distance of two that are one; chains of such pairs are one too.
+
+    Returns
+    -------
+    kept : (W,)
+        The first of each group, in the order of the file.
+    merged : (V,)
+        Row of `kept` for every vertex.
+    """
+    first, group = _exactly_equal(vertices)
+    close = cKDTree(vertices[first]).query_pairs(tolerance, output_type="ndarray")
+    if len(close):
+        links = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), (len(first),) * 2)
+        _, label = connected_components(links, directed=False)
+        group = label[group].astype(np.int64)
+    _, first, group = np.unique(group, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order].astype(np.int64), rank[group].astype(np.int64)
+
+
+def degenerate(vertices: Floats, faces: Ints, *, flatness: float) -> Bools:
+    """Faces with a repeated vertex, or lower than a share of their longest side."""
+    points = vertices[faces]
+    sides = points - np.roll(points, -1, axis=1)
+    longest = np.sqrt(np.einsum("fkc,fkc->fk", sides, sides).max(axis=1))
+    flat: Bools = 2.0 * face_areas(vertices, faces) <= flatness * longest**2
+    return flat
+
+
+def repeated(faces: Ints) -> Bools:
+    """Faces with the same three vertices as an earlier one, whatever their sense."""
+    corners = np.sort(faces, axis=1)
+    order = np.lexsort(corners.T)
+    ranked = corners[order]
+    again = np.zeros(len(faces), dtype=np.bool_)
+    again[order[1:]] = (ranked[1:] == ranked[:-1]).all(axis=1)
+    return again
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Piece:
+    """The largest connected piece: its faces, where its vertices and corners come from."""
+
+    faces: Ints
+    source: Ints
+    corners: Ints
+    non_manifold_faces: int
+    turned_faces: int
+    one_sided_edges: int
+    components: int
+
+
+def _largest_piece(vertices: Floats, faces: Ints) -> _Piece:
+    areas = face_areas(vertices, faces)
+    seams, loose = glue(vertices, faces)
+    flip, agreed = orient(areas, faces, seams)
+    label = pieces(len(faces), agreed)
+    total = np.bincount(label, areas, minlength=1)
+    keep = label == np.argmax(total)
+
+    slots = np.where(flip[keep, None], [0, 2, 1], [0, 1, 2])
+    corners = 3 * np.flatnonzero(keep)[:, None] + slots
+    rank = np.cumsum(keep) - 1
+    inside = agreed[keep[agreed[:, 0] // 3]]
+    side = np.where(flip[inside // 3], 2 - inside % 3, inside % 3)
+    separated, source = separate(faces.ravel()[corners], 3 * rank[inside // 3] + side)
+    return _Piece(
+        separated,
+        source,
+        corners,
+        non_manifold_faces=len(loose),
+        turned_faces=int(flip[keep].sum()),
+        one_sided_edges=len(seams) - len(agreed),
+        components=len(np.unique(label)),
+    )
+
+
+def _weld_distance(vertices: Floats, faces: Ints, share: float) -> float:
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    edges = np.linalg.norm(vertices[faces[:, 1]] - vertices[faces[:, 0]], axis=1)
+    longer = edges[edges > 0]
+    typical = float(np.median(longer)) if len(longer) else diagonal
+    return min(share * diagonal, 0.01 * typical)
+
+
+def _exactly_equal(vertices: Floats) -> tuple[Ints, Ints]:
+    """First of every group of equal rows, and the group of each row."""
+    order = np.lexsort((vertices + 0.0).T)  # + 0.0 makes -0 and 0 one
+    ranked = vertices[order]
+    fresh = np.r_[True, (ranked[1:] != ranked[:-1]).any(axis=1)]
+    group = np.empty(len(vertices), dtype=np.int64)
+    group[order] = np.cumsum(fresh) - 1
+    return order[fresh], group
