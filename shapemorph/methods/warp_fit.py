@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.errors import DataError
 from shapemorph.core.matching import Warp
 from shapemorph.kernels import spline_fit
+from shapemorph.methods.warping import warp_points
 
 CANDIDATES = 10.0 ** np.arange(-5, 1.1)
 SAMPLE = 250  # points that cross validation leaves out, one at a time
@@ -143,6 +144,36 @@ def fit_warp_checked(
     knots = origin + spacing * np.stack([cols, rows], axis=-1)
     coefficients = np.ascontiguousarray(grid + _apply(affine, knots))
     return WarpFit(Warp(coefficients, origin, float(spacing)), smoothing, left_out)
+
+
+def fold_share(warp: Warp, mask: Bools, known: Floats, *, reach: float) -> float:
+    """Share of the covered area where a warp turns the picture over.
+
+    Parameters
+    ----------
+    warp : Warp
+    mask : (H, W) bool
+        The specimen in the source picture.
+    known : (N, 2)
+        Source positions of the pairs, px.
+    reach : float
+        Area within this distance of a pair counts as covered, px.
+
+    Returns
+    -------
+    float
+        0 where the warp is sound; NaN where nothing is covered.
+    """
+    from scipy.spatial import cKDTree
+
+    stride = max(1, int(warp.spacing / 3))
+    rows, cols = np.nonzero(mask[::stride, ::stride])
+    points = np.column_stack([cols, rows]) * float(stride)
+    distance, _index = cKDTree(known).query(points, distance_upper_bound=reach)
+    _targets, gradient = warp_points(warp, points[np.isfinite(distance)])
+    if len(gradient) == 0:
+        return float("nan")
+    return float((np.linalg.det(gradient) <= 0).mean())
 
 
 def _usable(

@@ -1,0 +1,70 @@
+"""Even out light and contrast, so that only the pattern remains."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Greys
+from shapemorph.core.image import GreyImage
+
+FAINT = 0.1  # of the usual local contrast: weaker pattern is not amplified to full strength
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pattern:
+    """A picture of zero local mean and about unit local contrast.
+
+    Attributes
+    ----------
+    values : (H, W) float32
+        Zero outside the mask.
+    mask : (H, W) bool
+    contrast : float
+        Median local standard deviation that the picture had, grey levels in [0, 1].
+    """
+
+    values: Greys
+    mask: Bools
+    contrast: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width, px."""
+        height, width = self.values.shape
+        return height, width
+
+
+def even_contrast(image: GreyImage, *, window: int) -> Pattern:
+    """Subtract the local mean and divide by the local standard deviation.
+
+    Means are taken over the part of each window that lies inside the mask (normalised
+    convolution), so that the rim of the specimen leaves no trace of what is outside.
+
+    Parameters
+    ----------
+    image : GreyImage
+    window : int
+        Width of the square window, px: some ten speckles.
+    """
+    inside = image.mask.astype(np.float32)
+    offset = float(image.grey[image.mask].mean()) if image.mask.any() else 0.0
+    grey = np.where(image.mask, image.grey - np.float32(offset), np.float32(0.0))
+    share = np.maximum(_box(inside, window), np.float32(1e-6))
+    mean = _box(grey, window) / share
+    variance = np.maximum(_box(grey * grey, window) / share - mean * mean, 0.0)
+    contrast = float(np.sqrt(np.median(variance[image.mask]))) if image.mask.any() else 0.0
+    floor = max((FAINT * contrast) ** 2, 1e-12)
+    values = np.where(image.mask, (grey - mean) / np.sqrt(variance + floor), 0.0)
+    return Pattern(values.astype(np.float32), image.mask, contrast)
+
+
+def byte_picture(values: Greys) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    """Show a pattern as 8-bit grey: zero is 128, one standard deviation 40 levels."""
+    return np.clip(np.rint(values * 40.0 + 128.0), 0, 255).astype(np.uint8)
+
+
+def _box(values: Greys, window: int) -> Greys:
+    import cv2
+
+    blurred: Greys = cv2.blur(values, (window, window), borderType=cv2.BORDER_CONSTANT)
+    return blurred

@@ -1,0 +1,123 @@
+"""Flat pictures of one speckle, undeformed and deformed, with the exact map between them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats, Greys
+from shapemorph.core.image import GreyImage
+
+EDGE = 0.3  # width of the soft edge of a speckle, in diameters
+PITCH = 0.85  # distance between speckles, in diameters
+
+Map = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanarSpeckle:
+    """Soft discs of random place, size and strength, one in each cell of a lattice.
+
+    Attributes
+    ----------
+    places, radii, strengths : (R, R, 2), (R, R), (R, R) float64
+        Per cell: position in the cell (0 to 1), radius in px, height. The lattice repeats.
+    diameter : float
+        Mean diameter of a disc, px.
+    """
+
+    places: Floats
+    radii: Floats
+    strengths: Floats
+    diameter: float
+
+    def at(self, points: Floats) -> Floats:
+        """Evaluate the pattern exactly at material points (..., 2), px; about N(0, 1)."""
+        scaled = points / (PITCH * self.diameter)
+        cell = np.floor(scaled).astype(np.int64)
+        total = np.zeros(points.shape[:-1])
+        for dy in (-1, 0, 1):
+            for dx in (-1, 0, 1):
+                total += self._disc(cell + (dx, dy), points)
+        return total
+
+    def _disc(
+        self, cell: np.ndarray[tuple[int, ...], np.dtype[np.int64]], points: Floats
+    ) -> Floats:
+        size = self.radii.shape[0]
+        pick = (cell[..., 1] % size, cell[..., 0] % size)
+        centre = (cell + self.places[pick]) * PITCH * self.diameter
+        distance = np.hypot(*np.moveaxis(points - centre, -1, 0))
+        depth = (self.radii[pick] - distance) / (EDGE * self.diameter) + 0.5
+        inside = np.clip(depth, 0.0, 1.0)
+        disc: Floats = self.strengths[pick] * inside * inside * (3.0 - 2.0 * inside)
+        return disc
+
+
+def planar_speckle(*, diameter: float, seed: int) -> PlanarSpeckle:
+    """Scatter discs of a mean diameter, px."""
+    rng = np.random.default_rng(seed)
+    size = 512
+    radii = 0.5 * diameter * rng.uniform(0.75, 1.25, (size, size))
+    strengths = rng.choice([-1.0, 1.0], (size, size)) * rng.uniform(0.7, 1.3, (size, size))
+    return PlanarSpeckle(rng.random((size, size, 2)), radii, strengths, diameter)
+
+
+def take_picture(
+    speckle: PlanarSpeckle,
+    shape: tuple[int, int],
+    *,
+    material_at: Map,
+    inside: Callable[[Floats], np.ndarray[tuple[int, ...], np.dtype[np.bool_]]],
+    noise: float,
+    light: tuple[float, float, float],
+    seed: int,
+) -> GreyImage:
+    """Take a picture of a speckle that lies anyhow.
+
+    Parameters
+    ----------
+    speckle : PlanarSpeckle
+    shape : (H, W)
+    material_at : callable (..., 2) -> (..., 2)
+        Material point (px of the undeformed picture) that is seen at a pixel (x, y).
+    inside : callable (..., 2) -> (...)
+        Whether a material point belongs to the specimen.
+    noise : float
+        Standard deviation of the grey noise, levels of 255.
+    light : (gain, offset, slope)
+        Contrast, added grey, and added grey across the width.
+    seed : int
+        Of the noise.
+    """
+    rows, cols = np.mgrid[: shape[0], : shape[1]].astype(np.float64)
+    material = material_at(np.stack([cols, rows], axis=-1))
+    mask = inside(material)
+    gain, offset, slope = light
+    grey = 0.5 + 0.18 * gain * speckle.at(material) + offset + slope * (cols / shape[1] - 0.5)
+    grey = grey + np.random.default_rng(seed).normal(0.0, noise / 255, shape)
+    levels = np.rint(255 * np.clip(grey, 0.0, 1.0)) / 255
+    picture: Greys = np.where(mask, levels, 0.0).astype(np.float32)
+    return GreyImage(picture, mask)
+
+
+def inverse_at(material_at: Map, points: Floats, start: Floats) -> Floats:
+    """Where material points (N, 2) are seen: Newton's method on the map of the picture.
+
+    Parameters
+    ----------
+    material_at : callable (N, 2) -> (N, 2)
+        Smooth; pixel -> material.
+    points : (N, 2)
+        Material points, px.
+    start : (N, 2)
+        Pixels near the solution.
+    """
+    found = start.copy()
+    for _ in range(25):
+        jacobian = np.stack(
+            [(material_at(found + h) - material_at(found - h)) / 2e-4 for h in 1e-4 * np.eye(2)], -1
+        )
+        misfit = points - material_at(found)
+        found = found + np.linalg.solve(jacobian, misfit[..., None])[..., 0]
+    return found
