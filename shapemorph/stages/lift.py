@@ -1,0 +1,119 @@
+"""Stage `lift`: grid positions in two pictures to points in space."""
+
+import numpy as np
+
+from shapemorph.config import LiftConfig
+from shapemorph.core.arrays import Bools, Codes, Floats
+from shapemorph.core.errors import StageError
+from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.image import CalibratedImage, SurfacePoints
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.core.status import PointStatus, count_statuses
+from shapemorph.core.surface import TrackedSurface
+from shapemorph.methods.chart_rim import extend_to
+from shapemorph.methods.field_noise import position_noise
+from shapemorph.methods.mesh_noise import vertex_noise
+from shapemorph.methods.picture_scale import mm_per_px
+from shapemorph.methods.surface_lookup import locate, positions
+from shapemorph.methods.vertex_normals import normals_at, vertex_normals
+
+_NORMAL_PASSES = 2  # averages over the faces around: about two edges wide
+_NOISE_SAMPLES = 2000  # vertices: the median is then known to 2 %
+_ROUNDING_PX = 1e-6  # a grid point on the rim itself may fall outside by rounding
+
+
+def lift(
+    reference_mesh: TexturedMesh,
+    reference: CalibratedImage,
+    deformed_mesh: TexturedMesh,
+    deformed: CalibratedImage,
+    grid: CorrelationGrid,
+    config: LiftConfig,
+) -> TrackedSurface:
+    """Carry every grid point and its match back to the two surfaces.
+
+    Parameters
+    ----------
+    reference_mesh, deformed_mesh : TexturedMesh
+        mm, each in the frame of its file.
+    reference, deformed : CalibratedImage
+        Their flattened pictures.
+    grid : CorrelationGrid
+        Positions in these pictures, px.
+    config : LiftConfig
+
+    Returns
+    -------
+    TrackedSurface
+        Points whose match lies off the deformed surface by more than the configured
+        distance are LEFT_IMAGE.
+
+    Raises
+    ------
+    StageError
+        If no point has a place on both surfaces.
+    """
+    reach = max(config.max_extrapolation_px, _ROUNDING_PX)
+    before = _placed(reference, grid.reference_px.reshape(-1, 2), reach)
+    after = _placed(deformed, grid.deformed_px.reshape(-1, 2), config.max_extrapolation_px)
+    status = _fates(grid, before, after)
+    if not (status == PointStatus.OK).any():
+        raise StageError(
+            f"expected grid points with a place on both surfaces, got none: "
+            f"{count_statuses(status)}: raise lift.max_extrapolation_px, or look at the matches"
+        )
+    noise = np.array([_noise_of(reference_mesh), _noise_of(deformed_mesh)])
+    shape = grid.status.shape
+    lost = (status != PointStatus.OK).ravel()
+    sigma = _sigma(deformed_mesh, deformed, grid, before, after, noise)
+    return TrackedSurface(
+        reference=positions(reference_mesh, before).reshape(*shape, 3),
+        deformed=_without(positions(deformed_mesh, after), lost).reshape(*shape, 3),
+        reference_normal=_normals(reference_mesh, before).reshape(*shape, 3),
+        deformed_normal=_without(_normals(deformed_mesh, after), lost).reshape(*shape, 3),
+        sigma_position=_without(sigma, lost).reshape(shape),
+        status=status,
+        mesh_noise=noise,
+    )
+
+
+def _placed(image: CalibratedImage, points_px: Floats, reach: float) -> SurfacePoints:
+    return extend_to(image.chart, locate(image, points_px), points_px, reach=reach)
+
+
+def _fates(grid: CorrelationGrid, before: SurfacePoints, after: SurfacePoints) -> Codes:
+    """Statuses, with points that have no place on one of the surfaces taken out."""
+    status = grid.status.copy()
+    shape = status.shape
+    status[(after.face < 0).reshape(shape) & (status == PointStatus.OK)] = PointStatus.LEFT_IMAGE
+    status[(before.face < 0).reshape(shape)] = PointStatus.OUTSIDE_MASK
+    return status
+
+
+def _without(values: Floats, lost: Bools) -> Floats:
+    return np.where(lost if values.ndim == 1 else lost[:, None], np.nan, values)
+
+
+def _normals(mesh: TexturedMesh, points: SurfacePoints) -> Floats:
+    normals = vertex_normals(mesh.vertices, mesh.faces, passes=_NORMAL_PASSES)
+    return normals_at(normals, mesh.faces, points)
+
+
+def _noise_of(mesh: TexturedMesh) -> float:
+    return vertex_noise(mesh.vertices, mesh.faces, samples=_NOISE_SAMPLES)
+
+
+def _sigma(
+    mesh: TexturedMesh,
+    image: CalibratedImage,
+    grid: CorrelationGrid,
+    before: SurfacePoints,
+    after: SurfacePoints,
+    noise: Floats,
+) -> Floats:
+    return position_noise(
+        mm_per_px(mesh, image.chart, after.face),
+        grid.sigma_px.reshape(-1, 2),
+        np.stack([before.barycentric, after.barycentric]),
+        noise,
+    )
