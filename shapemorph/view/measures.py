@@ -1,0 +1,66 @@
+"""The measures that pictures show: symbol, full name, unit, values."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats
+from shapemorph.core.measurement import Measurement
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A scalar per point.
+
+    Attributes
+    ----------
+    key : str
+        Name of its picture file.
+    symbol, name, unit : str
+        As labels say them; a dash where it has no unit.
+    note : str
+        One sentence that defines it.
+    two_views : bool
+        Whether its picture shows the shape from a second side.
+    """
+
+    key: str
+    symbol: str
+    name: str
+    unit: str
+    note: str
+    two_views: bool = True
+
+    @property
+    def label(self) -> str:
+        """Symbol and unit, for a colour bar or an axis."""
+        return f"{self.symbol}  [{self.unit}]"
+
+    @property
+    def title(self) -> str:
+        """Full name and symbol."""
+        return f"{self.name} {self.symbol}"
+
+
+_ALONG = "Deformed − reference after alignment, along {} of the reference file."
+_STRAIN = "{} principal value of E = (FᵀF − I)/2 in the tangent plane of the reference surface."
+
+MEASURES = (
+    Measure("displacement_u", "u", "Displacement", "mm", _ALONG.format("x"), two_views=False),
+    Measure("displacement_v", "v", "Displacement", "mm", _ALONG.format("y"), two_views=False),
+    Measure("displacement_w", "w", "Displacement", "mm", _ALONG.format("z"), two_views=False),
+    Measure("displacement", "|d|", "Length of displacement", "mm", "|d| = √(u² + v² + w²)."),
+    Measure("E1", "E₁", "Green–Lagrange strain", "–", _STRAIN.format("Larger")),
+    Measure("E2", "E₂", "Green–Lagrange strain", "–", _STRAIN.format("Smaller")),
+)
+
+
+def measure_values(measurement: Measurement, measure: Measure) -> Floats:
+    """Values (N,) of a measure at every point, NaN where lost."""
+    component = {"displacement_u": 0, "displacement_v": 1, "displacement_w": 2}.get(measure.key)
+    displacement = measurement.arrays["displacement"]
+    if component is not None:
+        return np.asarray(displacement[:, component], dtype=np.float64)
+    if measure.key == "displacement":
+        return np.asarray(np.linalg.norm(displacement, axis=1), dtype=np.float64)
+    return np.asarray(measurement.arrays[measure.key], dtype=np.float64)

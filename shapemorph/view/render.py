@@ -1,0 +1,205 @@
+"""Pictures of shapes, rendered off screen."""
+
+import os
+import sys
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats, Greys, Ints
+from shapemorph.core.errors import StageError
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.view.camera import Frame, View, fit_frame
+from shapemorph.view.style import BARE, PAPER, ColourScale
+
+Pixels = np.ndarray[tuple[int, int, int], np.dtype[np.uint8]]
+
+MAX_TEXTURE = 2048
+"""Larger textures are reduced to this width: pictures of shapes are smaller still."""
+LIFT_SHARE = 0.01
+"""The bare surface lies this share of its size behind the measured one, so that they do not
+shimmer through each other; in parallel projection that moves nothing sideways."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """A rendered view.
+
+    Attributes
+    ----------
+    pixels : (H, W, 3) uint8
+    mm_per_px : float
+    """
+
+    pixels: Pixels
+    mm_per_px: float
+
+
+def import_pyvista() -> Any:
+    """Import pyvista such that it asks for no screen.
+
+    VTK reads the variable when it opens a window: through EGL it renders in software
+    and does not complain about a missing X server.
+    """
+    if sys.platform.startswith("linux"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    import pyvista
+
+    return pyvista
+
+
+def require_picture(pixels: Pixels | None, name: str) -> Pixels:
+    """Return the pixels of a screenshot, unless there is nothing to see.
+
+    Raises
+    ------
+    StageError
+        Off-screen rendering gave nothing or one colour only: VTK does so, without an
+        error, where the system has no OpenGL.
+    """
+    advice = "run `shapemorph doctor` to see what is missing, or set report.figures to false"
+    if pixels is None or pixels.size == 0:
+        raise StageError(f"expected a rendered picture of {name}, got none: {advice}")
+    if (pixels == pixels[0, 0]).all():
+        raise StageError(f"expected a rendered picture of {name}, got a blank one: {advice}")
+    return pixels
+
+
+class Scene:
+    """A shape in front of a camera; use it in a ``with`` block, which closes the window.
+
+    One window serves many pictures: opening it takes most of the time.
+    """
+
+    def __init__(self) -> None:
+        pyvista = import_pyvista()
+        self._name = "nothing"
+        self._bare: Any = None
+        self._corners: list[Floats] = []
+        self._plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64), lighting="none")
+        self._plotter.background_color = PAPER
+        self._plotter.add_light(pyvista.Light(light_type="headlight"))
+        self._plotter.enable_parallel_projection()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._plotter.close()
+
+    def clear(self, name: str) -> None:
+        """Take everything out to make room for what messages then call `name`."""
+        self._plotter.clear_actors()
+        self._name, self._bare, self._corners = name, None, []
+
+    def add_coloured(self, points: Floats, cells: Ints) -> "Painter":
+        """Add a surface of triangles or quads with a colour per point, to be painted."""
+        surface = _polydata(points, cells)
+        surface["colour"] = np.zeros((len(points), 3), dtype=np.uint8)
+        self._plotter.add_mesh(surface, scalars="colour", rgb=True, **_matt(smooth=True))
+        self._corners.append(points[np.unique(cells)])
+        return Painter(surface)
+
+    def add_bare(self, points: Floats, faces: Ints) -> None:
+        """Add a surface of triangles in plain grey, behind everything else and not framed."""
+        surface = _polydata(points, faces)
+        self._bare = self._plotter.add_mesh(surface, color=BARE, **_matt(smooth=True))
+
+    def add_textured(self, mesh: TexturedMesh) -> None:
+        """Add a mesh with its own grey pattern."""
+        corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+        triangles = np.arange(len(corners)).reshape(-1, 3)
+        self._corners.append(mesh.vertices)
+        if not mesh.has_texture:
+            surface = _polydata(corners, triangles)
+            surface["grey"] = np.repeat((255 * mesh.corner_grey.reshape(-1, 1)), 3, axis=1).astype(
+                np.uint8
+            )
+            self._plotter.add_mesh(surface, scalars="grey", rgb=True, **_matt(smooth=False))
+            return
+        for index, texture in enumerate(mesh.textures):
+            chosen = mesh.face_texture == index
+            if chosen.any():
+                surface = _polydata(
+                    mesh.vertices[mesh.faces[chosen]].reshape(-1, 3),
+                    triangles[: np.count_nonzero(chosen)],
+                )
+                surface.active_texture_coordinates = mesh.wedge_uv[chosen].reshape(-1, 2)
+                self._plotter.add_mesh(surface, texture=_texture(texture), **_matt(smooth=False))
+
+    def frame(self, view: View, *, width: int, height: int) -> Frame:
+        """Choose the window of at most the given size, px, that all but the bare surface fills."""
+        return fit_frame(np.concatenate(self._corners), view, width=width, height=height)
+
+    def picture(self, view: View, frame: Frame) -> Picture:
+        """Render what was added.
+
+        Raises
+        ------
+        StageError
+            The picture is blank.
+        """
+        extent = float(np.ptp(np.concatenate(self._corners), axis=0).max())
+        if self._bare is not None:
+            self._bare.position = tuple(-LIFT_SHARE * extent * view.toward)
+        plotter, camera = self._plotter, self._plotter.camera
+        plotter.window_size = (frame.width, frame.height)
+        camera.focal_point = tuple(frame.centre)
+        camera.position = tuple(frame.centre + 4 * extent * view.toward)
+        camera.up = tuple(view.up)
+        camera.parallel_scale = 0.5 * frame.height * frame.mm_per_px
+        camera.clipping_range = (extent, 7 * extent)
+        plotter.render()
+        pixels = plotter.screenshot(return_img=True)
+        return Picture(require_picture(pixels, self._name), frame.mm_per_px)
+
+
+class Painter:
+    """Gives a surface that stands in a scene its colours."""
+
+    def __init__(self, surface: Any) -> None:
+        self._surface = surface
+
+    def paint(self, values: Floats, scale: ColourScale) -> None:
+        """Colour the points by values (N,); grey where NaN."""
+        self._surface["colour"][:] = scale.colours(values)
+        self._surface.Modified()
+
+
+def _matt(*, smooth: bool) -> dict[str, Any]:
+    """Light that shows the form and changes colours little."""
+    return {
+        "ambient": 0.8,
+        "diffuse": 0.2,
+        "specular": 0.0,
+        "smooth_shading": smooth,
+        "show_scalar_bar": False,
+    }
+
+
+def _polydata(points: Floats, cells: Ints) -> Any:
+    """Make the VTK surface of triangles (M, 3) or quads (M, 4)."""
+    pyvista = import_pyvista()
+    return pyvista.PolyData.from_regular_faces(points, cells)
+
+
+def _texture(grey: Greys) -> Any:
+    """Make the VTK texture of a grey picture, smooth where it is drawn smaller."""
+    pyvista = import_pyvista()
+    step = int(np.ceil(max(grey.shape) / MAX_TEXTURE))
+    if step > 1:
+        height, width = (step * (length // step) for length in grey.shape)
+        blocks = grey[:height, :width].reshape(height // step, step, width // step, step)
+        grey = blocks.mean(axis=(1, 3))
+    levels = np.clip(255 * grey + 0.5, 0, 255).astype(np.uint8)
+    texture = pyvista.Texture(np.repeat(levels[..., None], 3, axis=2))
+    texture.interpolate = True
+    texture.mipmap = True
+    return texture

@@ -1,0 +1,205 @@
+"""How pictures look: colours that everybody can tell apart, type, scale bars."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats
+from shapemorph.core.status import PointStatus
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
+
+DPI = 100
+INK = "#1d2430"
+FAINT = "#6b7280"
+PAPER = "#ffffff"
+BARE = "#a7abb3"
+"""Surface without a value."""
+REFERENCE_COLOUR = "#0072b2"
+DEFORMED_COLOUR = "#d55e00"
+TEXT, SMALL = 15.0, 13.0
+"""Sizes of type, points at 100 px per inch."""
+
+STATUS_COLOURS = {
+    PointStatus.OK: "#cfe3ef",
+    PointStatus.OUTSIDE_MASK: "#ffffff",
+    PointStatus.NOT_SEEDED: "#e69f00",
+    PointStatus.LEFT_IMAGE: "#56b4e9",
+    PointStatus.LOW_CONTRAST: "#f0e442",
+    PointStatus.NOT_CONVERGED: "#d55e00",
+    PointStatus.LOW_ZNCC: "#cc79a7",
+    PointStatus.OUTLIER: "#000000",
+    PointStatus.DEGENERATE_FACET: "#009e73",
+}
+
+STATUS_WORDS = {
+    PointStatus.OK: "OK",
+    PointStatus.OUTSIDE_MASK: "outside mask",
+    PointStatus.NOT_SEEDED: "not seeded",
+    PointStatus.LEFT_IMAGE: "left image",
+    PointStatus.LOW_CONTRAST: "low contrast",
+    PointStatus.NOT_CONVERGED: "not converged",
+    PointStatus.LOW_ZNCC: "low ZNCC",
+    PointStatus.OUTLIER: "outlier",
+    PointStatus.DEGENERATE_FACET: "degenerate",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ColourScale:
+    """Which value has which colour.
+
+    Attributes
+    ----------
+    name : str
+        Of a matplotlib colour map: viridis for magnitudes, RdBu_r around zero.
+    low, high : float
+        Values of the first and the last colour; values beyond have the same ones.
+    beyond : str
+        "neither", "min", "max" or "both": where values lie beyond.
+    """
+
+    name: str
+    low: float
+    high: float
+    beyond: str
+
+    def colours(self, values: Floats) -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
+        """Colours (N, 3) in [0, 255] of values (N,); grey where NaN."""
+        import matplotlib as mpl
+
+        table = mpl.colormaps[self.name].with_extremes(bad=BARE)
+        share = (values - self.low) / (self.high - self.low)
+        rgb: np.ndarray[tuple[int, int], np.dtype[np.uint8]] = table(
+            np.ma.masked_invalid(share), bytes=True
+        )[:, :3]
+        return rgb
+
+    @property
+    def map(self) -> "Colormap":
+        """The matplotlib colour map."""
+        import matplotlib as mpl
+
+        return mpl.colormaps[self.name]
+
+
+def colour_scale(values: Floats, shown: Floats | None = None) -> ColourScale:
+    """Fit a scale to values: the middle 99 %, around zero where both signs matter.
+
+    Parameters
+    ----------
+    values : array
+        What the scale is fitted to; without finite ones it is 0 to 1.
+    shown : array or None
+        All that will have these colours; None: the same.
+    """
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
+        return ColourScale("viridis", 0.0, 1.0, "neither")
+    low, high = (float(p) for p in np.percentile(finite, [0.5, 99.5]))
+    size = max(abs(low), abs(high))
+    if high - low <= 1e-9 * (1 + size):
+        room = 0.01 * size if size > 1e-9 else 1.0
+        return ColourScale("viridis", low - room, high + room, "neither")
+    name = "viridis"
+    if min(-low, high) > 0.05 * size:
+        low, high, name = -size, size, "RdBu_r"
+    return ColourScale(name, low, high, _beyond(finite if shown is None else shown, low, high))
+
+
+def _beyond(values: Floats, low: float, high: float) -> str:
+    """Say at which ends the arrows of a colour bar are needed."""
+    under, over = bool((values < low).any()), bool((values > high).any())
+    return {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[under, over]
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """Make an empty figure of the given size in px; the caller saves it.
+
+    No pyplot and no window: figures live and die with their variable.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def place_axes(figure: "Figure", left: float, top: float, width: float, height: float) -> "Axes":
+    """Add axes to a figure, all in px from its upper left corner."""
+    across, down = figure.get_size_inches() * DPI
+    box = (left / across, 1 - (top + height) / down, width / across, height / down)
+    return figure.add_axes(box)
+
+
+def write_text(  # noqa: PLR0913  # where, what, and three ways to look
+    figure: "Figure",
+    left: float,
+    top: float,
+    text: str,
+    *,
+    size: float = TEXT,
+    colour: str = INK,
+    bold: bool = False,
+) -> None:
+    """Write one line of text with its upper left corner in px from that of the figure."""
+    across, down = figure.get_size_inches() * DPI
+    figure.text(
+        left / across,
+        1 - top / down,
+        text,
+        va="top",
+        fontsize=size,
+        color=colour,
+        fontweight="bold" if bold else "normal",
+    )
+
+
+def round_length(longest: float) -> float:
+    """Largest of 1, 2 or 5 times a power of ten that is not above `longest`."""
+    power = 10.0 ** np.floor(np.log10(longest))
+    steps = np.array([1.0, 2.0, 5.0]) * power
+    return float(steps[steps <= longest * (1 + 1e-9)].max())
+
+
+def draw_scale_bar(
+    figure: "Figure", left: float, top: float, mm_per_px: float, width: float
+) -> None:
+    """Draw a bar of a round length, and say how long it is.
+
+    Parameters
+    ----------
+    left, top : float
+        px from the upper left corner of the figure.
+    mm_per_px : float
+    width : float
+        Of the picture that it belongs to, px; the bar is at most a quarter as long.
+    """
+    from matplotlib.lines import Line2D
+
+    across, down = figure.get_size_inches() * DPI
+    length = round_length(0.25 * width * mm_per_px)
+    ends = np.array([left, left + length / mm_per_px]) / across
+    height = 1 - (top + 2) / down
+    bar = Line2D(ends, [height, height], color=INK, linewidth=3.5, solid_capstyle="butt")
+    bar.set_transform(figure.transFigure)
+    figure.add_artist(bar)
+    write_text(figure, left, top + 9, f"{length:g} mm", size=SMALL)
+
+
+def draw_colour_bar(figure: "Figure", axes: "Axes", scale: ColourScale, label: str) -> None:
+    """Fill axes with a colour bar: label, ticks, and arrows where values lie beyond."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    mappable = ScalarMappable(Normalize(scale.low, scale.high), scale.map)
+    bar = figure.colorbar(mappable, cax=axes, extend=scale.beyond, extendfrac=0.03)
+    bar.set_label(label, fontsize=TEXT, color=INK)
+    bar.formatter.set_useOffset(False)  # type: ignore[attr-defined]  # a ScalarFormatter
+    bar.ax.tick_params(labelsize=SMALL, colors=INK)
+    bar.outline.set_visible(False)
