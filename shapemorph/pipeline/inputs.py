@@ -1,0 +1,184 @@
+"""What a run reads: two meshes, landmarks, regions; fingerprints first, content when needed."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shapemorph.config import RegionConfig, RunConfig
+from shapemorph.core.errors import ConfigError, DataError
+from shapemorph.core.inputreports import InputReports
+from shapemorph.core.landmarks import Landmarks
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.core.meshreport import MeshReport
+from shapemorph.core.region import Region
+from shapemorph.io.mesh_sources import mesh_sources
+from shapemorph.pipeline.fingerprints import file_fingerprint, files_fingerprint, fingerprint
+
+MILLIMETRES = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1000.0, "in": 25.4}
+
+_SAME_OBJECT = 6.0  # a rubber balloon grows threefold; units differ tenfold or more
+
+
+class Inputs:
+    """Sources of a run by name: reference, deformed, reports, landmarks, region, rigid_region.
+
+    Each is loaded once, when a stage first asks for it.
+    """
+
+    def __init__(self, config: RunConfig) -> None:
+        self._config = config
+        self._loaded: dict[str, Any] = {}
+        self._fingerprints: dict[str, str] = {}
+
+    def fingerprint(self, name: str) -> str:
+        """Digest of the content of a source and of how it is read."""
+        if name not in self._fingerprints:
+            self._fingerprints[name] = self._take_fingerprint(name)
+        return self._fingerprints[name]
+
+    def load(self, name: str) -> Any:
+        """Read a source; errors as its reader raises them."""
+        if name not in self._loaded:
+            self._loaded[name] = self._read(name)
+        return self._loaded[name]
+
+    def unit(self, side: str) -> str:
+        """Length unit of one file."""
+        inputs = self._config.inputs
+        own = inputs.reference_units if side == "reference" else inputs.deformed_units
+        return own or inputs.units
+
+    def path(self, side: str) -> Path:
+        """Path of one mesh.
+
+        Raises
+        ------
+        ConfigError
+            If the configuration names none.
+        """
+        inputs = self._config.inputs
+        path = inputs.reference if side == "reference" else inputs.deformed
+        if path is None:
+            raise ConfigError(f"inputs.{side} is empty: expected the path of a textured mesh")
+        return path
+
+    def files(self) -> tuple[Path, ...]:
+        """Every file that is read.
+
+        Raises
+        ------
+        DataError
+            If one does not exist.
+        """
+        regions = (self._config.inputs.region, self._config.align.rigid_region)
+        optional = [self._config.inputs.landmarks, *(r.mask for r in regions if r is not None)]
+        others = [path for path in optional if path is not None]
+        meshes = [*mesh_sources(self.path("reference")), *mesh_sources(self.path("deformed"))]
+        for path in others:
+            if not path.is_file():
+                raise DataError(f"{path} does not exist: expected a file")
+        return (*meshes, *others)
+
+    def _take_fingerprint(self, name: str) -> str:
+        if name in ("reference", "deformed"):
+            return fingerprint(self.unit(name), files_fingerprint(mesh_sources(self.path(name))))
+        if name == "reports":
+            return fingerprint(self.fingerprint("reference"), self.fingerprint("deformed"))
+        if name == "landmarks":
+            path = self._config.inputs.landmarks
+            content = None if path is None else file_fingerprint(path)
+            return fingerprint(content, self.unit("reference"), self.unit("deformed"))
+        return self._region_fingerprint(self._region_config(name))
+
+    def _region_fingerprint(self, region: RegionConfig | None) -> str:
+        if region is None:
+            return fingerprint(None)
+        mask = None if region.mask is None else file_fingerprint(region.mask)
+        limits = region.model_dump(mode="json", exclude={"mask"})
+        return fingerprint(limits, mask, self.unit("reference"))
+
+    def _region_config(self, name: str) -> RegionConfig | None:
+        if name == "region":
+            return self._config.inputs.region
+        return self._config.align.rigid_region
+
+    def _read(self, name: str) -> Any:
+        if name in ("reference", "deformed"):
+            return self._read_mesh(name)[0]
+        if name == "reports":
+            return self._read_reports()
+        return self._read_landmarks() if name == "landmarks" else self._read_region(name)
+
+    def _read_mesh(self, side: str) -> tuple[TexturedMesh, MeshReport]:
+        from shapemorph.io.meshes import read_mesh
+
+        key = f"{side} and report"
+        if key not in self._loaded:
+            self._loaded[key] = read_mesh(self.path(side), unit=self.unit(side))
+        found: tuple[TexturedMesh, MeshReport] = self._loaded[key]
+        return found
+
+    def _read_reports(self) -> InputReports:
+        (reference, report), (deformed, other) = (
+            self._read_mesh(side) for side in ("reference", "deformed")
+        )
+        check_sizes(reference.size, deformed.size)
+        return InputReports(report, other, reference.size, deformed.size)
+
+    def _read_landmarks(self) -> Landmarks | None:
+        from shapemorph.io.landmarks import read_landmarks
+
+        path = self._config.inputs.landmarks
+        if path is None:
+            return None
+        return read_landmarks(
+            path,
+            reference_scale=MILLIMETRES[self.unit("reference")],
+            deformed_scale=MILLIMETRES[self.unit("deformed")],
+        )
+
+    def _read_region(self, name: str) -> Region | None:
+        config = self._region_config(name)
+        return None if config is None else region_in_mm(config, MILLIMETRES[self.unit("reference")])
+
+
+def region_in_mm(config: RegionConfig, scale: float) -> Region:
+    """Make a region from its section; `scale` is mm per unit of the reference file."""
+    from shapemorph.io.images import read_grey_image
+
+    mask = None
+    if config.mask is not None:
+        picture = read_grey_image(config.mask)
+        mask = (picture.grey > 0.5) & picture.mask
+    return Region(
+        polygon=None if config.polygon is None else np.array(config.polygon, dtype=np.float64),
+        mask=mask,
+        centre=None if config.centre is None else np.array(config.centre) * scale,
+        radius=None if config.radius is None else config.radius * scale,
+    )
+
+
+def check_sizes(reference_size: float, deformed_size: float) -> None:
+    """Refuse two meshes that can only be one object if their units differ.
+
+    Parameters
+    ----------
+    reference_size, deformed_size : float
+        Diagonals of the bounding boxes in mm, if the configured units are right.
+
+    Raises
+    ------
+    ConfigError
+        If one is at least six times as large as the other.
+    """
+    ratio = deformed_size / reference_size
+    if 1 / _SAME_OBJECT < ratio < _SAME_OBJECT:
+        return
+    factors = {10.0: "mm and cm", 25.4: "mm and in", 100.0: "cm and m", 1000.0: "mm and m"}
+    nearest = min(factors, key=lambda f: abs(np.log(f) - abs(np.log(ratio))))
+    raise ConfigError(
+        f"reference is {reference_size:.4g} mm large and deformed {deformed_size:.4g} mm: expected "
+        f"one object, got a factor of {max(ratio, 1 / ratio):.3g} (as between "
+        f"{factors[nearest]}): set inputs.reference_units, inputs.deformed_units or inputs.units"
+    )

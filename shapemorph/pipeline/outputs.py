@@ -1,0 +1,217 @@
+"""The files of a run for people and scripts, each remade when what it shows has changed."""
+
+import functools
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from shapemorph.config import RunConfig
+from shapemorph.core.measurement import Measurement
+from shapemorph.core.results import RunResults
+from shapemorph.io.config_files import config_text
+from shapemorph.io.safe_files import move_files, scratch_folder, write_json
+from shapemorph.pipeline.fingerprints import code_fingerprint, fingerprint
+from shapemorph.pipeline.run import Event, Listener, Results
+
+_RECORD = "outputs.json"
+
+
+class Finished:
+    """A run whose stages are up to date, as far as its outputs need them."""
+
+    def __init__(
+        self, config: RunConfig, folder: Path, results: Results, seconds: Mapping[str, float]
+    ) -> None:
+        self.config = config
+        self.folder = folder
+        self.results = results
+        self.seconds = dict(seconds)
+
+    @functools.cached_property
+    def measurement(self) -> Measurement:
+        """Every measured point."""
+        from shapemorph.methods.assemble import assemble_measurement
+
+        names = ("correlate", "lift", "align", "strain")
+        return assemble_measurement(*(self.results.load(name) for name in names))
+
+    def nouns(self) -> RunResults:
+        """Collect everything for the figures, with a summary as it stands now."""
+        load = self.results.load
+        bare = RunResults(
+            pair=load("flatten"),
+            matches=load("match"),
+            morphed=load("morph"),
+            grid=load("correlate"),
+            tracked=load("lift"),
+            alignment=load("align"),
+            field=load("strain"),
+            measurement=self.measurement,
+            summary={},
+            reference_mesh=load("reference"),
+            deformed_mesh=load("deformed"),
+        )
+        return replace(bare, summary=self.summary(bare))
+
+    def summary(self, results: RunResults) -> dict[str, Any]:
+        """Figures of the run."""
+        from shapemorph.pipeline.summary import summarise
+
+        return summarise(results, self.results.load("inputs"), self.config, self.seconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """Some files of a run.
+
+    Attributes
+    ----------
+    name : str
+    reads : tuple of str
+        Stages whose results it shows.
+    settings : callable
+        What it takes from the configuration, JSON-able.
+    write : callable
+        Makes the files in a fresh folder, in the places that they have in the run.
+    """
+
+    name: str
+    reads: tuple[str, ...]
+    settings: Callable[[RunConfig], Any]
+    write: Callable[[Finished, Path], None]
+
+
+def _write_config(run: Finished, folder: Path) -> None:
+    (folder / "run.yaml").write_text(config_text(run.config), encoding="utf-8")
+
+
+def _write_pictures(run: Finished, folder: Path) -> None:
+    from shapemorph.io.calibrated_files import write_calibrated
+
+    pair = run.results.load("flatten")
+    (folder / "flatten").mkdir()
+    for side, surface in (("reference", pair.reference), ("deformed", pair.deformed)):
+        write_calibrated(folder / "flatten" / side, run.results.load(side), surface.calibrated)
+
+
+def _write_measurement(run: Finished, folder: Path) -> None:
+    from shapemorph.io.measurement_files import write_measurement
+
+    config = json.dumps(run.config.model_dump(mode="json"))
+    write_measurement(folder, run.measurement, config)
+
+
+def _write_figures(run: Finished, folder: Path) -> None:
+    if not run.config.report.figures:
+        return
+    from shapemorph.view.figures import write_figures
+
+    (folder / "figures").mkdir()
+    write_figures(run.nouns(), folder / "figures")
+
+
+def _write_summary(run: Finished, folder: Path) -> None:
+    write_json(folder / "summary.json", run.nouns().summary)
+
+
+def _write_report(run: Finished, folder: Path) -> None:
+    from shapemorph.view.report import write_report
+
+    summary = json.loads((run.folder / "summary.json").read_text(encoding="utf-8"))
+    figures = sorted((run.folder / "figures").glob("*.png")) if run.config.report.figures else []
+    write_report(summary, figures, folder / "report.html")
+
+
+def _everything(config: RunConfig) -> Any:
+    return config.model_dump(mode="json")
+
+
+_ALL = ("inputs", "flatten", "match", "morph", "correlate", "lift", "align", "strain")
+
+OUTPUTS: tuple[Output, ...] = (
+    Output("run.yaml", (), _everything, _write_config),
+    Output("flatten", ("flatten",), lambda _: None, _write_pictures),
+    Output(
+        "measurement", ("correlate", "lift", "align", "strain"), _everything, _write_measurement
+    ),
+    Output("figures", _ALL, lambda config: config.report.model_dump(), _write_figures),
+    Output("summary", _ALL, _everything, _write_summary),
+    Output("report", _ALL, _everything, _write_report),
+)
+
+
+class OutputRecord:
+    """What was written into a run, and from what."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / _RECORD
+        self._folder = folder
+        try:
+            self._entries: dict[str, Any] = json.loads(self._path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            self._entries = {}
+
+    def is_current(self, name: str, wanted: str) -> bool:
+        """Tell whether an output was made from this recipe and all its files are there."""
+        files = self._entries.get(name, {}).get("files", ())
+        return self._made_from(name) == wanted and all((self._folder / f).is_file() for f in files)
+
+    def is_obsolete(self, name: str, wanted: str) -> bool:
+        """Tell whether an output is there that shows another run than the wanted one."""
+        return self._made_from(name) not in (None, wanted)
+
+    def remove(self, name: str) -> None:
+        """Remove the files of an output."""
+        entry = self._entries.pop(name, None)
+        for file in entry["files"] if entry else ():
+            (self._folder / file).unlink(missing_ok=True)
+        if entry:
+            write_json(self._path, self._entries)
+
+    def enter(self, name: str, wanted: str, files: list[Path], seconds: float) -> None:
+        """Note that an output was written."""
+        relative = [file.relative_to(self._folder).as_posix() for file in files]
+        self._entries[name] = {"fingerprint": wanted, "files": relative, "seconds": seconds}
+        write_json(self._path, self._entries)
+
+    def _made_from(self, name: str) -> str | None:
+        found: str | None = self._entries.get(name, {}).get("fingerprint")
+        return found
+
+    def seconds(self) -> dict[str, float]:
+        """Time that each output took."""
+        return {name: float(entry["seconds"]) for name, entry in self._entries.items()}
+
+
+def output_fingerprints(
+    outputs: tuple[Output, ...], config: RunConfig, stages: Mapping[str, str]
+) -> dict[str, str]:
+    """Fingerprint that each output must have to be current."""
+    return {
+        output.name: fingerprint(
+            code_fingerprint(including_view=True),
+            output.name,
+            output.settings(config),
+            [stages[name] for name in output.reads],
+        )
+        for output in outputs
+    }
+
+
+def write_output(
+    output: Output, run: Finished, record: OutputRecord, wanted: str, listener: Listener
+) -> None:
+    """Make the files of one output; they appear whole or not at all."""
+    listener(Event(output.name, "started"))
+    begin = time.perf_counter()
+    record.remove(output.name)
+    with scratch_folder(run.folder) as scratch:
+        output.write(run, scratch)
+        files = move_files(scratch, run.folder)
+    seconds = time.perf_counter() - begin
+    record.enter(output.name, wanted, files, seconds)
+    run.seconds[output.name] = seconds
+    listener(Event(output.name, "finished", seconds))

@@ -1,0 +1,166 @@
+"""Which stages there are, in what order, and what each reads.
+
+A stage is imported when it runs: looking at a finished run loads nothing heavy.
+"""
+
+from typing import Any
+
+from shapemorph.config import (
+    AlignConfig,
+    CorrelateConfig,
+    FlattenConfig,
+    LiftConfig,
+    MatchConfig,
+    MorphConfig,
+    RunConfig,
+    Section,
+    StrainConfig,
+)
+from shapemorph.core.arrays import Bools
+from shapemorph.core.flattened import FlattenedPair
+from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.image import CalibratedImage, GreyImage
+from shapemorph.core.inputreports import InputReports
+from shapemorph.core.landmarks import Landmarks
+from shapemorph.core.matching import Matches, Warp
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.core.morphed import Morphed
+from shapemorph.core.region import Region
+from shapemorph.core.surface import Alignment, StrainField, TrackedSurface
+from shapemorph.pipeline.run import Stage
+
+
+def _reports(reports: InputReports, section: None) -> InputReports:  # noqa: ARG001
+    return reports
+
+
+def _flatten(
+    reference: TexturedMesh, deformed: TexturedMesh, section: FlattenConfig
+) -> FlattenedPair:
+    from shapemorph.stages.flatten import flatten
+
+    return flatten(reference, deformed, section)
+
+
+def _match(pair: FlattenedPair, section: MatchConfig) -> Matches:
+    from shapemorph.stages.match import match
+
+    return match(pair.reference.calibrated.image, pair.deformed.calibrated.image, section)
+
+
+def _morph(
+    deformed: TexturedMesh, pair: FlattenedPair, matches: Matches, section: MorphConfig
+) -> Morphed:
+    from shapemorph.stages.morph import morph
+
+    shape = pair.reference.calibrated.image.shape
+    return morph(deformed, pair.deformed.calibrated, matches, shape, section)
+
+
+def _correlate(
+    reference: TexturedMesh,
+    deformed: TexturedMesh,
+    region: Region | None,
+    pair: FlattenedPair,
+    morphed: Morphed,
+    section: CorrelateConfig,
+) -> CorrelationGrid:
+    from shapemorph.methods.morphing import morph_surface
+    from shapemorph.stages.correlate import correlate
+
+    image = pair.reference.calibrated
+
+    def remorph(warp: Warp) -> GreyImage:
+        return morph_surface(deformed, pair.deformed.calibrated, warp, image.image.shape)
+
+    limits = _region_pixels(region, reference, image)
+    return correlate(image.image, remorph, morphed, section, limits)
+
+
+def _lift(
+    reference: TexturedMesh,
+    deformed: TexturedMesh,
+    pair: FlattenedPair,
+    grid: CorrelationGrid,
+    section: LiftConfig,
+) -> TrackedSurface:
+    from shapemorph.stages.lift import lift
+
+    return lift(
+        reference, pair.reference.calibrated, deformed, pair.deformed.calibrated, grid, section
+    )
+
+
+def _align(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
+    reference: TexturedMesh,
+    deformed: TexturedMesh,
+    landmarks: Landmarks | None,
+    rigid_region: Region | None,
+    pair: FlattenedPair,
+    grid: CorrelationGrid,
+    tracked: TrackedSurface,
+    section: AlignConfig,
+) -> Alignment:
+    from shapemorph.stages.align import align
+
+    rigid = _region_pixels(rigid_region, reference, pair.reference.calibrated)
+    if rigid is not None:
+        rigid = sample_at_grid(rigid, grid)
+    return align(tracked, reference, deformed, landmarks, rigid, section)
+
+
+def _strain(tracked: TrackedSurface, grid: CorrelationGrid, section: StrainConfig) -> StrainField:
+    from shapemorph.stages.strain import strain
+
+    return strain(tracked, grid, section)
+
+
+STAGES: tuple[Stage, ...] = (
+    Stage("inputs", _reports, ("reports",)),
+    Stage("flatten", _flatten, ("reference", "deformed")),
+    Stage("match", _match, ("flatten",)),
+    Stage("morph", _morph, ("deformed", "flatten", "match")),
+    Stage("correlate", _correlate, ("reference", "deformed", "region", "flatten", "morph")),
+    Stage("lift", _lift, ("reference", "deformed", "flatten", "correlate")),
+    Stage(
+        "align",
+        _align,
+        ("reference", "deformed", "landmarks", "rigid_region", "flatten", "correlate", "lift"),
+        elsewhere=frozenset({"rigid_region"}),
+    ),
+    Stage("strain", _strain, ("lift", "correlate")),
+)
+
+SOURCES = ("reference", "deformed", "reports", "landmarks", "region", "rigid_region")
+
+COMPUTED = tuple(stage.name for stage in STAGES if stage.name != "inputs")
+
+
+def sections(config: RunConfig) -> dict[str, Section | None]:
+    """Section of every stage; the content of `inputs` comes in through its sources."""
+    found: dict[str, Any] = {stage.name: getattr(config, stage.name) for stage in STAGES}
+    return {**found, "inputs": None}
+
+
+def sample_at_grid(mask: Bools, grid: CorrelationGrid) -> Bools:
+    """Look up a mask (H, W) at the points of a grid; whole px, False outside.
+
+    Returns
+    -------
+    (R, C) bool
+    """
+    columns, rows = (grid.reference_px[..., axis].round().astype(int) for axis in (0, 1))
+    height, width = mask.shape
+    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    sampled: Bools = inside & mask[rows.clip(0, height - 1), columns.clip(0, width - 1)]
+    return sampled
+
+
+def _region_pixels(
+    region: Region | None, mesh: TexturedMesh, image: CalibratedImage
+) -> Bools | None:
+    if region is None:
+        return None
+    from shapemorph.methods.regions import region_mask
+
+    return region_mask(region, mesh, image)

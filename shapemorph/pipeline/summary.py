@@ -1,0 +1,248 @@
+"""The figures of a run: what `summary.json` holds and the command line prints."""
+
+import platform
+import resource
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+import shapemorph
+from shapemorph.config import CorrelateConfig, RunConfig
+from shapemorph.core.arrays import Bools, Floats
+from shapemorph.core.flattened import FlattenedSurface
+from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.inputreports import InputReports
+from shapemorph.core.matching import Matches
+from shapemorph.core.measurement import Measurement
+from shapemorph.core.results import RunResults
+from shapemorph.core.status import PointStatus, count_statuses
+from shapemorph.core.surface import Alignment, StrainField
+from shapemorph.pipeline.verdict import judge
+
+_PACKAGES = ("numpy", "scipy", "numba", "opencv-contrib-python-headless", "libigl", "trimesh")
+
+
+def summarise(
+    results: RunResults, reports: InputReports, config: RunConfig, seconds: Mapping[str, float]
+) -> dict[str, Any]:
+    """Collect the figures of a measurement, JSON-able; NaN where a figure has no value."""
+    arrays = results.measurement.arrays
+    coverage = measured_share(results)
+    sections: dict[str, Any] = {
+        "points": _points(results.grid),
+        "coverage": coverage,
+        "displacement_mm": spread(np.linalg.norm(arrays["displacement"], axis=-1)),
+        "sigma_displacement_mm": spread(arrays["sigma_displacement"]),
+        "inputs": asdict(reports),
+        "flatten": {
+            "reference": _flattening(results.pair.reference),
+            "deformed": _flattening(results.pair.deformed),
+        },
+        "match": matching_figures(results.matches),
+        "correlate": correlation_figures(
+            results.grid, config.correlate, results.pair.reference.speckle_px
+        ),
+        "lift": {"mesh_noise_mm": results.tracked.mesh_noise.tolist()},
+        "align": _alignment(results),
+        "strain": _strain(results.field, results.measurement),
+        **run_figures(seconds),
+    }
+    return {"verdict": judge(sections), "scorecard": _scorecard(sections), **sections}
+
+
+def run_figures(seconds: Mapping[str, float]) -> dict[str, Any]:
+    """Give time, memory and versions."""
+    return {
+        "seconds": {**seconds, "total": sum(seconds.values())},
+        "peak_memory_mb": peak_memory_mb(),
+        "versions": versions(),
+    }
+
+
+def spread(values: Floats) -> dict[str, float]:
+    """Give percentiles of what is not NaN."""
+    finite = values[np.isfinite(values)]
+    names = ("p1", "p5", "median", "p95", "p99")
+    if finite.size == 0:
+        return dict.fromkeys((*names, "max"), float("nan"))
+    found = np.percentile(finite, [1, 5, 50, 95, 99])
+    return {**dict(zip(names, found.tolist(), strict=True)), "max": float(finite.max())}
+
+
+def matching_figures(matches: Matches) -> dict[str, Any]:
+    """Describe the matches and the warp through them."""
+    return {
+        "pairs": len(matches.reference_px),
+        "counts": dict(matches.counts),
+        "residual_px": matches.residual_px,
+        "settled_px": matches.settled_px,
+        "fold_share": matches.fold_share,
+    }
+
+
+def correlation_figures(
+    grid: CorrelationGrid, config: CorrelateConfig, speckle_px: float | None
+) -> dict[str, Any]:
+    """Describe the correlation: how it was set, how fast it was, how well it fits."""
+    ok = grid.status == PointStatus.OK
+    if config.subset_size is not None:
+        reason = "as configured"
+    elif speckle_px is None:
+        reason = "from the speckle"
+    else:
+        reason = f"from the speckle of {speckle_px:.1f} px"
+    return {
+        "subset_size_px": grid.subset_size,
+        "subset_reason": reason,
+        "spacing_px": grid.spacing,
+        "spacing_reason": "from the subset" if config.spacing is None else "as configured",
+        "order": config.order,
+        "points_per_second": grid.ok_count / grid.kernel_seconds if grid.kernel_seconds else None,
+        "kernel_seconds": grid.kernel_seconds,
+        "zncc": spread(grid.zncc[ok]),
+        "iterations": spread(grid.iterations[ok].astype(np.float64)),
+        "sigma_px": spread(np.sqrt(np.mean(grid.sigma_px[ok] ** 2, axis=-1))),
+        "statuses": count_statuses(grid.status),
+    }
+
+
+def measured_share(results: RunResults) -> dict[str, float]:
+    """Measure how much of the reference surface the good points stand for.
+
+    Each grid point stands for one cell of the grid; its area on the surface follows from
+    the distortion of the triangle under it.
+
+    Returns
+    -------
+    dict
+        ``area_mm2`` of the good points, and its share of the points that were tried
+        (``share_of_region``) and of the whole surface (``share_of_surface``).
+    """
+    surface = results.pair.reference
+    status = results.tracked.status
+    area = _point_area(results.grid, surface)
+    measurable: Bools = status != PointStatus.OUTSIDE_MASK
+    good = float(np.nansum(area[status == PointStatus.OK]))
+    tried, whole = float(np.nansum(area[measurable])), float(surface.distortion.area.sum())
+    return {
+        "area_mm2": good,
+        "share_of_region": good / tried if tried else 0.0,
+        "share_of_surface": min(1.0, good / whole) if whole else 0.0,
+    }
+
+
+def peak_memory_mb() -> float:
+    """Largest memory of this process so far, MB."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1e6 if sys.platform == "darwin" else 1e3)
+
+
+def versions() -> dict[str, str]:
+    """Name what made these numbers."""
+    found = {"shapemorph": shapemorph.__version__, "python": platform.python_version()}
+    for package in _PACKAGES:
+        found[package] = metadata.version(package)
+    return found
+
+
+def _points(grid: CorrelationGrid) -> dict[str, Any]:
+    tried = int((grid.status != PointStatus.OUTSIDE_MASK).sum())
+    return {
+        "total": tried,
+        "ok": grid.ok_count,
+        "ok_share": grid.ok_count / tried if tried else 0.0,
+        "statuses": count_statuses(grid.status),
+    }
+
+
+def _point_area(grid: CorrelationGrid, surface: FlattenedSurface) -> Floats:
+    """(R, C) area on the surface of the cell around each point, mm^2; NaN off the surface."""
+    triangle = surface.calibrated.triangle
+    height, width = triangle.shape
+    columns, rows = (grid.reference_px[..., axis].round().astype(np.int64) for axis in (0, 1))
+    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    under = np.where(inside, triangle[rows.clip(0, height - 1), columns.clip(0, width - 1)], -1)
+    scale = surface.distortion.sigma_1 * np.abs(surface.distortion.sigma_2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(under >= 0, grid.spacing**2 / scale[under], np.nan)
+
+
+def _flattening(surface: FlattenedSurface) -> dict[str, Any]:
+    chart, distortion = surface.calibrated.chart, surface.distortion
+    height, width = surface.calibrated.image.shape
+    small = np.abs(distortion.sigma_2)
+    with np.errstate(divide="ignore"):
+        anisotropy, magnification = distortion.sigma_1 / small, np.sqrt(distortion.sigma_1 * small)
+    return {
+        "method": surface.method,
+        "reason": surface.reason,
+        "px_per_mm": chart.px_per_mm,
+        "width_px": width,
+        "height_px": height,
+        "speckle_px": surface.speckle_px,
+        "speckle_mm": surface.speckle_mm,
+        "texels_per_px": surface.texels_per_px,
+        "flips": distortion.flips,
+        "local_px_per_mm": spread(magnification),
+        "anisotropy": spread(anisotropy),
+    }
+
+
+def _alignment(results: RunResults) -> dict[str, Any]:
+    alignment: Alignment = results.alignment
+    figures: dict[str, Any] = {
+        "method": alignment.method,
+        "note": alignment.note,
+        "rms_mm": alignment.rms,
+        "carried_by": alignment.carried_by,
+        "carried_share": alignment.carried_share,
+        "rotation": alignment.rotation.tolist(),
+        "translation_mm": alignment.translation.tolist(),
+    }
+    if alignment.method.startswith("landmarks"):
+        figures["landmark_residuals_mm"] = alignment.residuals.tolist()
+    else:
+        figures["residual_mm"] = spread(alignment.residuals)
+    return figures
+
+
+def _strain(field: StrainField, measurement: Measurement) -> dict[str, Any]:
+    arrays = measurement.arrays
+    return {
+        "measure": "Green-Lagrange",
+        "window_points": field.window,
+        "gauge": "(window - 1) * spacing + subset size",
+        "gauge_px": field.gauge_px,
+        "gauge_mm": field.gauge_mm,
+        "E1": spread(arrays["E1"]),
+        "E2": spread(arrays["E2"]),
+        "thickness_strain": spread(arrays["thickness_strain"]),
+        "sigma_E1": spread(arrays["sigma_E1"]),
+        "sigma_E2": spread(arrays["sigma_E2"]),
+    }
+
+
+def _scorecard(sections: Mapping[str, Any]) -> dict[str, Any]:
+    """Pick the dozen figures that a reader wants first."""
+    strain, correlate = sections["strain"], sections["correlate"]
+    return {
+        "points with a value": sections["points"]["ok"],
+        "share of points": sections["points"]["ok_share"],
+        "share of surface": sections["coverage"]["share_of_surface"],
+        "displacement median, mm": sections["displacement_mm"]["median"],
+        "displacement max, mm": sections["displacement_mm"]["max"],
+        "E1 median": strain["E1"]["median"],
+        "E1 p99": strain["E1"]["p99"],
+        "E2 median": strain["E2"]["median"],
+        "sigma displacement median, mm": sections["sigma_displacement_mm"]["median"],
+        "sigma E1 median": strain["sigma_E1"]["median"],
+        "zncc median": correlate["zncc"]["median"],
+        "zncc p5": correlate["zncc"]["p5"],
+        "strain gauge, mm": strain["gauge_mm"],
+        "alignment rms, mm": sections["align"]["rms_mm"],
+        "points per second": correlate["points_per_second"],
+    }

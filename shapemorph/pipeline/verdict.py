@@ -1,0 +1,92 @@
+"""Whether a result can be trusted at a glance: PASS, WARN or FAIL, with the reasons."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+WARN, FAIL = "WARN", "FAIL"
+Finding = tuple[str, str]
+
+
+def judge(sections: Mapping[str, Any]) -> dict[str, Any]:
+    """Weigh the figures of a run.
+
+    Parameters
+    ----------
+    sections : mapping
+        Sections of the summary; those of later stages may be missing.
+
+    Returns
+    -------
+    dict
+        ``level`` (PASS, WARN or FAIL) and ``reasons``, a sentence for each finding.
+    """
+    findings = [finding for rule in _RULES for finding in rule(sections)]
+    levels = {level for level, _ in findings}
+    level = FAIL if FAIL in levels else WARN if WARN in levels else "PASS"
+    return {"level": level, "reasons": [f"{level}: {reason}" for level, reason in findings]}
+
+
+def _enough_points(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    points = sections["points"]
+    share = points["ok_share"]
+    if share >= 0.9:
+        return
+    lost = {k: n for k, n in points["statuses"].items() if k not in ("OK", "OUTSIDE_MASK")}
+    worst = max(lost, key=lost.__getitem__)
+    yield (
+        FAIL if share < 0.5 else WARN,
+        f"{share:.1%} of {points['total']} points have a value; most others are {worst} "
+        f"({lost[worst]})",
+    )
+
+
+def _sound_warp(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    match = sections.get("match", {})
+    if match.get("fold_share", 0.0) > 1e-3:
+        yield WARN, f"the warp folds over on {match['fold_share']:.2%} of the matched area"
+
+
+def _close_matches(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    residual = sections.get("match", {}).get("residual_px", 0.0)
+    subset = sections["correlate"]["subset_size_px"]
+    if residual > subset / 4:
+        yield WARN, f"matches scatter by {residual:.1f} px about the warp (subset {subset} px)"
+
+
+def _alike(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    zncc = sections["correlate"]["zncc"]["median"]
+    if zncc < 0.85:
+        yield WARN, f"the patterns agree poorly: median ZNCC {zncc:.2f}, expected 0.85 or more"
+
+
+def _flat(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    for side, surface in sections.get("flatten", {}).items():
+        if surface["flips"]:
+            yield WARN, f"{surface['flips']} triangles of the {side} are upside down when flattened"
+        if surface["texels_per_px"] < 0.7:
+            yield (
+                WARN,
+                f"the flattened {side} is finer than its texture "
+                f"({surface['texels_per_px']:.2f} texels per px): lower flatten.px_per_mm",
+            )
+
+
+def _aligned(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    if "align" not in sections:
+        return
+    align, size = sections["align"], sections["inputs"]["reference_size"]
+    if align["rms_mm"] > 0.01 * size:
+        yield (
+            WARN,
+            f"the alignment leaves {align['rms_mm']:.3g} mm rms (object {size:.3g} mm): "
+            "displacement depends on it, strain does not",
+        )
+    if align["method"] == "points" and align["carried_share"] < 0.1:
+        yield (
+            WARN,
+            f"only {align['carried_share']:.1%} of the points carry the alignment: give landmarks "
+            "or align.rigid_region if displacement matters; strain does not depend on it",
+        )
+
+
+_RULES = (_enough_points, _sound_warp, _close_matches, _alike, _flat, _aligned)
