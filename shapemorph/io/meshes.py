@@ -11,6 +11,8 @@ from shapemorph.core.mesh import TexturedMesh, coloured_mesh, textured_mesh
 from shapemorph.core.meshreport import MeshReport
 from shapemorph.io.file_mesh import FileMesh
 from shapemorph.io.obj import read_obj
+from shapemorph.io.ply import read_ply
+from shapemorph.io.point_cloud import read_table
 from shapemorph.io.textures import check_not_blank, into_pictures
 from shapemorph.methods.cleaning import CleaningCounts, CleanSurface, clean_surface
 
@@ -21,6 +23,10 @@ MM_PER_UNIT: Mapping[str, float] = MappingProxyType(
 READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
     {
         ".obj": read_obj,
+        ".ply": read_ply,
+        ".csv": read_table,
+        ".txt": read_table,
+        ".xyz": read_table,
     }
 )
 

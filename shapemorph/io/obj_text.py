@@ -93,11 +93,13 @@ def cut_lines(data: bytes, name: str) -> ObjLines:
         text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"\\\n" in text:
         text = text.replace(b"\\\n", b" ")
-    if re.search(rb"(?m)^[ \t]+\S", text):
-        text = re.sub(rb"(?m)^[ \t]+", b"", text)
     text += b"\n"
-    end = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
-    return ObjLines(name, text, np.r_[0, end[:-1] + 1], end)
+    start, end = _line_ends(text)
+    first = np.frombuffer(text, dtype=np.uint8)[start]
+    if ((first == ord(" ")) | (first == ord("\t"))).any():
+        text = re.sub(rb"(?m)^[ \t]+", b"", text)
+        start, end = _line_ends(text)
+    return ObjLines(name, text, start, end)
 
 
 def read_vertices(lines: ObjLines) -> tuple[Floats, Floats | None]:
@@ -143,6 +145,12 @@ def read_polygons(lines: ObjLines) -> Polygons:
         sizes[sizes >= 3],
         rows[sizes >= 3],
     )
+
+
+def _line_ends(text: bytes) -> tuple[Ints, Ints]:
+    """First byte of every line, and its line break."""
+    end = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+    return np.r_[0, end[:-1] + 1], end
 
 
 def _table(lines: ObjLines, keyword: bytes, fewest: int) -> tuple[Floats, Ints]:

@@ -190,12 +190,13 @@ def _continued(count: int, period: int, wrap: Wrap) -> Ints:
 
 
 def _sampled_grey(mesh: FileMesh) -> Floats:
-    """Grey at points spread over every face."""
-    per_face = max(7, -(-_SAMPLES // len(mesh.faces)))
-    weights = _spread_weights(per_face)
+    """Grey at points spread over the faces."""
+    weights = _spread_weights(max(7, -(-_SAMPLES // len(mesh.faces))))
+    some = slice(None, None, max(1, len(mesh.faces) // _SAMPLES))
+    wedge_uv, face_texture = mesh.wedge_uv[some], mesh.face_texture[some]
     grey = []
     for row, texture in enumerate(mesh.textures):
-        uv = np.einsum("sk,fkc->fsc", weights, mesh.wedge_uv[mesh.face_texture == row])
+        uv = np.einsum("sk,fkc->fsc", weights, wedge_uv[face_texture == row])
         height, width = texture.shape
         column = np.clip((uv[..., 0] * width).astype(np.int64), 0, width - 1)
         line = np.clip(((1.0 - uv[..., 1]) * height).astype(np.int64), 0, height - 1)

@@ -102,8 +102,8 @@ def clean_surface(
     DataError
         If no face has an area.
     """
-    used, triangles = np.unique(faces, return_inverse=True)
-    points, triangles = vertices[used], triangles.reshape(-1, 3).astype(np.int64)
+    used, triangles = _only_used(len(vertices), faces)
+    points = vertices[used]
     kept, merged = weld(points, tolerance=_weld_distance(points, triangles, weld_tolerance))
     points, triangles = points[kept], merged[triangles]
 
@@ -217,6 +217,13 @@ def _largest_piece(vertices: Floats, faces: Ints) -> _Piece:
         one_sided_edges=len(seams) - len(agreed),
         components=len(np.unique(label)),
     )
+
+
+def _only_used(count: int, faces: Ints) -> tuple[Ints, Ints]:
+    """Vertices that faces refer to, and the faces in their numbers."""
+    refers = np.zeros(count, dtype=np.bool_)
+    refers[faces.ravel()] = True
+    return np.flatnonzero(refers), (np.cumsum(refers) - 1)[faces]
 
 
 def _weld_distance(vertices: Floats, faces: Ints, share: float) -> float:
