@@ -71,7 +71,7 @@ def _residual_variances(
     residual = np.where(inside, height - fitted, 0.0)
     freedom = inside.sum(axis=1) - _CUBIC_TERMS
     sound = np.isfinite(residual).all(axis=1) & (freedom >= _CUBIC_TERMS // 2)
-    variances: Floats = (residual[sound] ** 2).sum(axis=1) / freedom[sound]
+    variances = (residual[sound] ** 2).sum(axis=1) / freedom[sound]
     corrected: Floats = variances / _median_of_chi_square(freedom[sound])
     return corrected
 
@@ -91,7 +91,8 @@ def _in_plane(relative: Floats, normal: Floats) -> Floats:
     first = np.cross(normal, helper)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     basis = np.stack([first, np.cross(normal, first)], axis=2)
-    return relative @ basis
+    coordinates: Floats = relative @ basis
+    return coordinates
 
 
 def _cubic(coordinates: Floats, inside: NDArray[np.bool_]) -> Floats:
