@@ -1,0 +1,177 @@
+"""Result files of a measurement: measurement.vtp, .csv and .glb."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import shapemorph
+from shapemorph.core.arrays import Floats
+from shapemorph.core.errors import DataError
+from shapemorph.core.measurement import Measurement
+from shapemorph.io.coloured_glb import write_coloured_glb
+from shapemorph.io.safe_files import whole_file
+
+_MILLIMETRES_PER_METRE = 1000.0
+_UNITS = "mm"
+_INTEGERS = ("chart", "status", "iterations")
+_SCALARS = {
+    "E1": "E1",
+    "E2": "E2",
+    "hencky_1": "hencky_1",
+    "hencky_2": "hencky_2",
+    "stretch_1": "stretch_1",
+    "stretch_2": "stretch_2",
+    "thickness_strain": "thickness_strain",
+    "anisotropy": "anisotropy",
+    "zncc": "zncc",
+    "iterations": "iterations",
+    "sigma_displacement_mm": "sigma_displacement",
+    "sigma_E1": "sigma_E1",
+    "sigma_E2": "sigma_E2",
+}
+
+
+def write_measurement(folder: Path, measurement: Measurement, config: str) -> list[Path]:
+    """Write measurement.vtp, measurement.csv and measurement.glb into a folder.
+
+    Parameters
+    ----------
+    folder : Path
+    measurement : Measurement
+    config : str
+        Configuration of the run as JSON; it becomes field data beside units and version.
+
+    Returns
+    -------
+    list of Path
+        What was written; each file is whole or not there. Scattered points without a
+        single cell have no surface: then there is no measurement.glb.
+    """
+    paths = [folder / f"measurement.{suffix}" for suffix in ("vtp", "csv", "glb")]
+    fields = {"config": config, "units": _UNITS, "version": shapemorph.__version__}
+    write_vtp(paths[0], measurement, fields)
+    write_csv(paths[1], measurement)
+    if len(measurement.cells) == 0:
+        return paths[:2]
+    write_glb(paths[2], measurement)
+    return paths
+
+
+def write_vtp(path: Path, measurement: Measurement, fields: dict[str, str]) -> None:
+    """Write points, quads, point arrays and field data for ParaView and scripts."""
+    import pyvista
+
+    quads = np.insert(measurement.cells, 0, 4, axis=1).ravel()
+    surface = pyvista.PolyData(measurement.reference, faces=quads if len(quads) else None)
+    for name, values in measurement.arrays.items():
+        surface.point_data.set_array(values, name)
+    for name, text in fields.items():
+        surface.add_field_data([text], name)
+    with whole_file(path) as partial:
+        surface.save(partial, binary=True)
+
+
+def read_vtp(path: Path) -> tuple[Measurement, dict[str, str]]:
+    """Read a measurement and its field data back.
+
+    Raises
+    ------
+    DataError
+        If the file is missing or is not a measurement.
+    """
+    import pyvista
+
+    if not path.is_file():
+        raise DataError(f"{path} does not exist: expected a measurement.vtp")
+    surface = pyvista.read(path)
+    if not isinstance(surface, pyvista.PolyData) or "deformed_position" not in surface.point_data:
+        raise DataError(f"{path} holds no measurement: expected PolyData with deformed_position")
+    arrays = {name: np.asarray(surface.point_data[name]) for name in surface.point_data}
+    fields = {name: str(surface.field_data[name][0]) for name in surface.field_data}
+    cells = surface.regular_faces if surface.n_cells else np.zeros((0, 4))
+    points = np.asarray(surface.points, dtype=np.float64)
+    return Measurement(points, np.asarray(cells, dtype=np.int64), arrays), fields
+
+
+def table_columns(measurement: Measurement) -> dict[str, Floats]:
+    """Columns of measurement.csv, in order, with the unit in every name that has one."""
+    arrays = measurement.arrays
+    columns = {
+        **_components("{}_ref_mm", "xyz", measurement.reference),
+        **_components("{}_def_mm", "xyz", arrays["deformed_position"]),
+        **_components("{}_mm", "uvw", arrays["displacement"]),
+        **_components("{}_ref_px", "xy", arrays["reference_px"]),
+        **_components("{}_def_px", "xy", arrays["deformed_px"]),
+        "chart": arrays["chart"],
+        "status": arrays["status"],
+    }
+    return columns | {column: arrays[name] for column, name in _SCALARS.items()}
+
+
+def write_csv(path: Path, measurement: Measurement) -> None:
+    """Write one row a point; missing values are `nan`, numbers hold 10 significant digits."""
+    columns = table_columns(measurement)
+    formats = ["%d" if name in _INTEGERS else "%.10g" for name in columns]
+    table = np.stack(
+        [np.nan_to_num(v) if n in _INTEGERS else v for n, v in columns.items()], axis=1
+    )
+    with whole_file(path) as partial:
+        np.savetxt(
+            partial, table, formats, ",", header=",".join(columns), comments="", encoding="utf-8"
+        )
+
+
+def read_csv(path: Path) -> dict[str, Floats]:
+    """Read the columns of a measurement.csv.
+
+    Raises
+    ------
+    DataError
+        If the file is missing or is no table of numbers.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            header, *rows = csv.reader(file)
+        table = np.array(rows, dtype=np.float64).reshape(len(rows), len(header))
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: expected a measurement.csv, got {error}") from error
+    return dict(zip(header, table.T, strict=True))
+
+
+def write_glb(path: Path, measurement: Measurement) -> None:
+    """Write the deformed shape in metres, coloured by E1, for any viewer.
+
+    Raises
+    ------
+    DataError
+        If no cell has a value.
+    """
+    if len(measurement.cells) == 0:
+        raise DataError(
+            f"{path.name}: expected at least one cell of four OK neighbours, got none: lower "
+            "correlate.spacing"
+        )
+    used, cells = np.unique(measurement.cells, return_inverse=True)
+    corners = cells.reshape(-1, 4)
+    e1 = measurement.arrays["E1"][used]
+    extras: dict[str, Any] = {
+        "length_unit": "m",
+        "scalar": "_E1",
+        "quantity": "Green-Lagrange strain E1, major principal value",
+        "unit": "1",
+        "range": [float(e1.min()), float(e1.max())],
+    }
+    with whole_file(path) as partial:
+        write_coloured_glb(
+            partial,
+            measurement.arrays["deformed_position"][used] / _MILLIMETRES_PER_METRE,
+            np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]),
+            ("_E1", e1),
+            extras,
+        )
+
+
+def _components(pattern: str, letters: str, vectors: Floats) -> dict[str, Floats]:
+    return {pattern.format(letter): vectors[:, k] for k, letter in enumerate(letters)}
