@@ -10,6 +10,7 @@ from shapemorph.core.errors import ConfigError, DataError
 from shapemorph.core.mesh import TexturedMesh, coloured_mesh, textured_mesh
 from shapemorph.core.meshreport import MeshReport
 from shapemorph.io.file_mesh import FileMesh
+from shapemorph.io.gltf import read_gltf
 from shapemorph.io.obj import read_obj
 from shapemorph.io.ply import read_ply
 from shapemorph.io.point_cloud import read_table
@@ -24,6 +25,8 @@ READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
     {
         ".obj": read_obj,
         ".ply": read_ply,
+        ".glb": read_gltf,
+        ".gltf": read_gltf,
         ".csv": read_table,
         ".txt": read_table,
         ".xyz": read_table,
