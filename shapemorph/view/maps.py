@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shapemorph.core.arrays import Codes, Floats, Greys
+from shapemorph.core.arrays import Codes, Floats
 from shapemorph.core.flattened import FlattenedPair, FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
@@ -22,6 +22,7 @@ from shapemorph.view.style import (
     draw_colour_bar,
     new_figure,
     place_axes,
+    reduced,
     write_text,
 )
 
@@ -60,14 +61,6 @@ class Panel:
     extent: tuple[float, float, float, float]
     label: str
     scale: ColourScale | None = None
-
-
-def reduced(picture: Greys, longest: int) -> Greys:
-    """Shrink a picture by a whole factor to at most about `longest` px, averaging blocks."""
-    step = max(1, int(np.ceil(max(picture.shape) / longest)))
-    height, width = (max(1, length // step) * step for length in picture.shape)
-    blocks = picture[:height, :width].reshape(height // step, step, width // step, step)
-    return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
 
 
 def _panel_grid(

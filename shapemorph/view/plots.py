@@ -10,7 +10,6 @@ from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.view.layout import EDGE, HEAD, Heading, write_heading
-from shapemorph.view.maps import reduced
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.style import (
     DEFORMED_COLOUR,
@@ -20,6 +19,7 @@ from shapemorph.view.style import (
     SMALL,
     new_figure,
     place_axes,
+    reduced,
     write_text,
 )
 

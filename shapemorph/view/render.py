@@ -12,7 +12,7 @@ from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.view.camera import Frame, View, fit_frame
-from shapemorph.view.style import BARE, PAPER, ColourScale
+from shapemorph.view.style import BARE, PAPER, ColourScale, reduced
 
 Pixels = np.ndarray[tuple[int, int, int], np.dtype[np.uint8]]
 
@@ -193,12 +193,7 @@ def _polydata(points: Floats, cells: Ints) -> Any:
 def _texture(grey: Greys) -> Any:
     """Make the VTK texture of a grey picture, smooth where it is drawn smaller."""
     pyvista = import_pyvista()
-    step = int(np.ceil(max(grey.shape) / MAX_TEXTURE))
-    if step > 1:
-        height, width = (step * (length // step) for length in grey.shape)
-        blocks = grey[:height, :width].reshape(height // step, step, width // step, step)
-        grey = blocks.mean(axis=(1, 3))
-    levels = np.clip(255 * grey + 0.5, 0, 255).astype(np.uint8)
+    levels = np.clip(255 * reduced(grey, MAX_TEXTURE) + 0.5, 0, 255).astype(np.uint8)
     texture = pyvista.Texture(np.repeat(levels[..., None], 3, axis=2))
     texture.interpolate = True
     texture.mipmap = True

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Greys
 from shapemorph.core.status import PointStatus
 
 if TYPE_CHECKING:
@@ -115,6 +115,14 @@ def _beyond(values: Floats, low: float, high: float) -> str:
     """Say at which ends the arrows of a colour bar are needed."""
     under, over = bool((values < low).any()), bool((values > high).any())
     return {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[under, over]
+
+
+def reduced(picture: Greys, longest: int) -> Greys:
+    """Shrink a picture by a whole factor to at most about `longest` px, averaging blocks."""
+    step = max(1, int(np.ceil(max(picture.shape) / longest)))
+    height, width = (max(1, length // step) * step for length in picture.shape)
+    blocks = picture[:height, :width].reshape(height // step, step, width // step, step)
+    return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
 
 
 def new_figure(width: float, height: float) -> "Figure":

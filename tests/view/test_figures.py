@@ -1,0 +1,78 @@
+import ctypes.util
+import dataclasses
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from shapemorph.core.measurement import Measurement
+from shapemorph.core.status import PointStatus
+from shapemorph.view import figures
+from shapemorph.view.captions import CAPTIONS
+from shapemorph.view.figures import write_figures, write_planar_figures
+from shapemorph.view.maps import grid_extent
+from shapemorph.view.measures import MEASURES, measure_values
+from shapemorph.view.plots import even_selection
+from shapemorph.view.style import STATUS_COLOURS
+
+NO_GL = sys.platform.startswith("linux") and not all(
+    ctypes.util.find_library(name) for name in ("EGL", "GL")
+)
+
+
+@pytest.fixture(scope="module")
+def drawn(results, tmp_path_factory):
+    if NO_GL:
+        pytest.skip("libEGL or libGL is missing: `make setup` says how")
+    return write_figures(results, tmp_path_factory.mktemp("run") / "figures")
+
+
+@pytest.mark.render
+def test_every_figure_has_a_caption_and_shows_something(drawn):
+    assert {path.stem for path in drawn} == set(CAPTIONS)
+    for path in drawn:
+        with Image.open(path) as image:
+            pixels = np.asarray(image.convert("L"))
+        assert pixels.shape[1] >= 960, path.name
+        assert np.count_nonzero(pixels < 200) > 5000, path.name
+
+
+def test_planar_figures_need_no_opengl(results, tmp_path, monkeypatch):
+    monkeypatch.setattr(figures, "Scene", None)
+    reference = results.pair.reference.calibrated.image
+    (path,) = write_planar_figures(results.grid, reference, tmp_path / "new")
+    colours = Image.open(path).convert("RGB").getcolors(1 << 20)
+    lost = bytes.fromhex(STATUS_COLOURS[PointStatus.LOW_ZNCC][1:])
+    # the map has 193 of 3675 points with this status on about 550 x 370 px, and the key a patch
+    assert {colour: count for count, colour in colours}[tuple(lost)] > 3000
+
+
+def test_a_measurement_without_cells_still_has_its_flat_figures(results, tmp_path):
+    whole = results.measurement
+    bare = Measurement(whole.reference, np.zeros((0, 4), dtype=np.int64), whole.arrays)
+    paths = write_figures(dataclasses.replace(results, measurement=bare), tmp_path)
+    names = [path.stem for path in paths]
+    assert names == ["histograms", "matches", "morph", "correlation", "flattening"]
+
+
+def test_measures_are_the_columns_of_the_displacement_and_its_length(results):
+    values = {m.key: measure_values(results.measurement, m) for m in MEASURES}
+    d = results.measurement.arrays["displacement"]
+    assert np.array_equal(values["displacement_w"], d[:, 2], equal_nan=True)
+    squares = sum(values[f"displacement_{axis}"] ** 2 for axis in "uvw")
+    np.testing.assert_allclose(values["displacement"], np.sqrt(squares), rtol=1e-12)
+
+
+def test_cells_of_a_map_are_centred_on_their_points(results):
+    left, right, bottom, top = grid_extent(results.grid)
+    rows, columns = results.grid.status.shape
+    assert (left, top) == (4.0, 4.0)  # first point at 8, spacing 8
+    assert (right - left) / columns == (bottom - top) / rows == 8.0
+
+
+def test_even_selection_takes_one_point_of_each_box():
+    x, y = np.meshgrid(np.arange(30.0), np.arange(20.0))
+    chosen = even_selection(np.stack([x.ravel(), y.ravel()], -1), 5)
+    assert len(chosen) == 25
+    assert len(np.unique(chosen)) == 25

@@ -1,0 +1,69 @@
+import math
+
+import pytest
+
+from shapemorph.view.tables import label_of, section_table, text_of
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "text"),
+    [
+        ("ok_share", 0.98765, "98.77 %"),
+        ("share of points", 1.0, "100 %"),
+        ("count", 12000, "12000"),
+        ("points_per_second", 123456.7, "123457"),
+        ("rms_mm", 0.0061234, "0.006123"),
+        ("rms_mm", math.nan, "–"),
+        ("rms_mm", None, "–"),
+        ("flag", True, "yes"),
+        ("notes", [], "none"),
+        ("sizes", [[2048, 1024], [512, 512]], "2048, 1024; 512, 512"),
+        ("E1", {"p1": 0.1, "median": 0.25, "p99": 0.5}, "median 0.25  (1 %: 0.1, 99 %: 0.5)"),
+    ],
+)
+def test_values_are_written_as_people_read_them(key, value, text):
+    assert text_of(key, value) == text
+
+
+@pytest.mark.parametrize(
+    ("key", "label"),
+    [
+        ("gauge_mm", "gauge, mm"),
+        ("local_px_per_mm", "local, px/mm"),
+        ("px_per_mm", "px/mm"),
+        ("area_mm2", "area, mm²"),
+        ("NOT_CONVERGED", "NOT_CONVERGED"),
+        ("texels_per_px", "texels per px"),
+    ],
+)
+def test_labels_name_their_unit(key, label):
+    assert label_of(key) == label
+
+
+def test_two_sides_become_two_columns_and_the_rest_follows():
+    table = section_table(
+        "flatten",
+        "Flattening",
+        {"reference": {"flips": 0, "method": "bff"}, "deformed": {"flips": 3}, "size_mm": 7.5},
+    )
+    assert table.columns == ("reference", "deformed")
+    assert table.rows == (
+        ("flips", ("0", "3")),
+        ("method", ("bff", "")),
+        ("size, mm", ("7.5", "")),
+    )
+
+
+def test_nested_parts_keep_their_name():
+    table = section_table("points", "Points", {"statuses": {"OK": 5, "OUTLIER": 1}})
+    assert table.rows == (("statuses: OK", ("5",)), ("statuses: OUTLIER", ("1",)))
+
+
+def test_a_single_figure_is_a_table_too():
+    assert section_table("peak_memory_mb", "Memory", 812.3).rows == (
+        ("peak memory, MB", ("812.3",)),
+    )
+
+
+def test_long_lists_are_cut_with_their_length():
+    assert "(100 in all)" in text_of("residuals_mm", [0.5] * 100)
