@@ -39,8 +39,8 @@ def summarise(
         "sigma_displacement_mm": spread(arrays["sigma_displacement"]),
         "inputs": asdict(reports),
         "flatten": {
-            "reference": _flattening(results.pair.reference),
-            "deformed": _flattening(results.pair.deformed),
+            "reference": flattening_figures(results.pair.reference),
+            "deformed": flattening_figures(results.pair.deformed),
         },
         "match": matching_figures(results.matches),
         "correlate": correlation_figures(
@@ -71,6 +71,28 @@ def spread(values: Floats) -> dict[str, float]:
         return dict.fromkeys((*names, "max"), float("nan"))
     found = np.percentile(finite, [1, 5, 50, 95, 99])
     return {**dict(zip(names, found.tolist(), strict=True)), "max": float(finite.max())}
+
+
+def flattening_figures(surface: FlattenedSurface) -> dict[str, Any]:
+    """Describe how one surface was laid flat."""
+    chart, distortion = surface.calibrated.chart, surface.distortion
+    height, width = surface.calibrated.image.shape
+    small = np.abs(distortion.sigma_2)
+    with np.errstate(divide="ignore"):
+        anisotropy, magnification = distortion.sigma_1 / small, np.sqrt(distortion.sigma_1 * small)
+    return {
+        "method": surface.method,
+        "reason": surface.reason,
+        "px_per_mm": chart.px_per_mm,
+        "width_px": width,
+        "height_px": height,
+        "speckle_px": surface.speckle_px,
+        "speckle_mm": surface.speckle_mm,
+        "texels_per_px": surface.texels_per_px,
+        "flips": distortion.flips,
+        "local_px_per_mm": spread(magnification),
+        "anisotropy": spread(anisotropy),
+    }
 
 
 def matching_figures(matches: Matches) -> dict[str, Any]:
@@ -169,27 +191,6 @@ def _point_area(grid: CorrelationGrid, surface: FlattenedSurface) -> Floats:
     scale = surface.distortion.sigma_1 * np.abs(surface.distortion.sigma_2)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(under >= 0, grid.spacing**2 / scale[under], np.nan)
-
-
-def _flattening(surface: FlattenedSurface) -> dict[str, Any]:
-    chart, distortion = surface.calibrated.chart, surface.distortion
-    height, width = surface.calibrated.image.shape
-    small = np.abs(distortion.sigma_2)
-    with np.errstate(divide="ignore"):
-        anisotropy, magnification = distortion.sigma_1 / small, np.sqrt(distortion.sigma_1 * small)
-    return {
-        "method": surface.method,
-        "reason": surface.reason,
-        "px_per_mm": chart.px_per_mm,
-        "width_px": width,
-        "height_px": height,
-        "speckle_px": surface.speckle_px,
-        "speckle_mm": surface.speckle_mm,
-        "texels_per_px": surface.texels_per_px,
-        "flips": distortion.flips,
-        "local_px_per_mm": spread(magnification),
-        "anisotropy": spread(anisotropy),
-    }
 
 
 def _alignment(results: RunResults) -> dict[str, Any]:

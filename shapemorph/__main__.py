@@ -1,0 +1,8 @@
+"""``python -m shapemorph``."""
+
+import sys
+
+from shapemorph.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,323 @@
+"""The commands: each a few lines that call the pipeline."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+import shapemorph
+from shapemorph.cli.console import configure_log, show, show_json, watching
+from shapemorph.cli.options import Output, Say, Settings
+from shapemorph.cli.runs import (
+    CONFIG_SUFFIXES,
+    both,
+    bring_up_to_date,
+    defaults,
+    is_config,
+    print_outcome,
+    print_result,
+    read_run_config,
+    run_config,
+)
+from shapemorph.core.errors import ConfigError
+
+SAY, NO_SETTINGS = Say(), Settings()
+
+app = App(
+    name="shapemorph",
+    help="Full-field strain between two textured 3D shapes of one object.",
+    version=shapemorph.__version__,
+    suppress_keyboard_interrupt=False,
+    help_format="plaintext",
+)
+
+
+@app.command
+def measure(
+    reference: Path,
+    deformed: Path,
+    /,
+    *,
+    output: Output = None,
+    landmarks: Path | None = None,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Measure a pair of textured meshes; no configuration is needed.
+
+    Parameters
+    ----------
+    reference
+        Textured mesh before the deformation (OBJ, PLY, GLB).
+    deformed
+        Textured mesh after it.
+    landmarks
+        CSV name,ref_x,ref_y,ref_z,def_x,def_y,def_z in the frames of the two files.
+    """
+    from shapemorph.config import RunConfig
+    from shapemorph.io.config_files import check_config
+
+    inputs = {"reference": reference, "deformed": deformed, "landmarks": landmarks}
+    given = {key: str(path.absolute()) for key, path in inputs.items() if path is not None}
+    config = check_config({"inputs": given}, RunConfig, settings.set_)
+    return bring_up_to_date(config, output or Path(f"{deformed.stem}_run"), say)
+
+
+@app.command
+def run(
+    config: Path,
+    /,
+    *,
+    output: Output = None,
+    until: str | None = None,
+    force: Annotated[list[str] | None, Parameter(negative=())] = None,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Bring a run up to date with its configuration; what is current is kept.
+
+    Parameters
+    ----------
+    config
+        YAML file, or the directory of a run.
+    until
+        Last stage: flatten, match, morph, correlate, lift, align or strain.
+    force
+        Stage to run again, with all that depend on it; may be repeated.
+    """
+    return run_config(config, output, settings, say, until=until, force=force or ())
+
+
+@app.command
+def flatten(
+    mesh: Path,
+    /,
+    *,
+    output: Output = None,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Flatten one mesh to a calibrated image, or bring this stage of a run up to date.
+
+    Parameters
+    ----------
+    mesh
+        Textured mesh; or the YAML file of a run.
+    """
+    if is_config(mesh):
+        return run_config(mesh, output, settings, say, until="flatten")
+    from shapemorph.cli.words import describe_flattening
+    from shapemorph.pipeline.one_mesh import flatten_one
+
+    config, folder = defaults(settings), output or Path(f"{mesh.stem}_flat")
+    configure_log(say)
+    with watching(say) as listener:
+        outcome = flatten_one(mesh, folder, config, listener=listener)
+    return print_result(outcome.folder, outcome.summary, describe_flattening, say)
+
+
+@app.command
+def morph(
+    reference: Path,
+    deformed: Path | None = None,
+    /,
+    *,
+    output: Output = None,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Match two pictures and draw the way between them, or bring this stage of a run up to date.
+
+    Parameters
+    ----------
+    reference
+        Picture before the deformation; or, alone, the YAML file of a run.
+    deformed
+        Picture after it.
+    """
+    if is_config(reference) and deformed is None:
+        return run_config(reference, output, settings, say, until="morph")
+    from shapemorph.cli.words import describe_morph
+    from shapemorph.pipeline.planar import morph_images
+
+    second = both(deformed, "morph")
+    config, folder = defaults(settings), output or Path(f"{second.stem}_morph")
+    configure_log(say)
+    with watching(say) as listener:
+        outcome = morph_images(reference, second, folder, config, listener=listener)
+    return print_result(outcome.folder, outcome.summary, describe_morph, say)
+
+
+@app.command
+def correlate(  # noqa: PLR0913 - one for each option
+    reference: Path,
+    deformed: Path | None = None,
+    /,
+    *,
+    output: Output = None,
+    mask: Path | None = None,
+    figures: bool = True,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Correlate two pictures, however far apart, or bring this stage of a run up to date.
+
+    Parameters
+    ----------
+    reference
+        Picture before the deformation; or, alone, the YAML file of a run.
+    deformed
+        Picture after it.
+    mask
+        Picture of the size of the reference, white = measured.
+    figures
+        Draw the displacement field.
+    """
+    if is_config(reference) and deformed is None:
+        return run_config(reference, output, settings, say, until="correlate")
+    from shapemorph.cli.words import describe_correlation
+    from shapemorph.pipeline.planar import correlate_images
+
+    second = both(deformed, "correlate")
+    config, folder = defaults(settings), output or Path(f"{second.stem}_correlation")
+    if not figures:
+        config = config.model_copy(update={"report": type(config.report)(figures=False)})
+    configure_log(say)
+    with watching(say) as listener:
+        outcome = correlate_images(reference, second, folder, config, mask=mask, listener=listener)
+    return print_result(outcome.folder, outcome.summary, describe_correlation, say)
+
+
+def _stage_command(name: str, purpose: str) -> None:
+    """Add the command that brings one stage of a run up to date."""
+
+    def stage(
+        config: Path,
+        /,
+        *,
+        output: Output = None,
+        settings: Settings = NO_SETTINGS,
+        say: Say = SAY,
+    ) -> int:
+        return run_config(config, output, settings, say, until=name)
+
+    stage.__doc__ = f"{purpose}: bring a run up to date as far as this stage."
+    app.command(stage, name=name)
+
+
+_stage_command("match", "Find which points of the two flattened pictures show the same material")
+_stage_command("lift", "Carry the correlated points back to space")
+_stage_command("align", "Find the rigid motion between the two files")
+_stage_command("strain", "Measure strain on the tracked surface")
+
+
+@app.command
+def synthesize(
+    case: str = "bulge",
+    /,
+    *,
+    output: Output = None,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Make a textured pair with exact truth: meshes and truth.npz.
+
+    Parameters
+    ----------
+    case
+        Shape (dome, bulge, indentation, freeform, hole, tube, rigid) or a YAML file with a
+        section `synthesize`.
+    """
+    from shapemorph.io.config_files import check_config, read_config
+    from shapemorph.pipeline.synthesize import SynthesizeFile, write_case
+
+    path = Path(case)
+    if path.suffix in CONFIG_SUFFIXES:
+        document = read_config(path, SynthesizeFile, settings.set_)
+    else:
+        document = check_config({"synthesize": {"shape": case}}, SynthesizeFile, settings.set_)
+    configure_log(say)
+    folder = output or Path(path.stem)
+    files = write_case(document.synthesize, folder)
+    if say.json:
+        show_json({"folder": str(folder), "files": [str(file) for file in files]})
+    else:
+        show("\n".join(str(file) for file in files))
+    return 0
+
+
+@app.command
+def init(path: Path = Path("shapemorph.yaml"), /, *, say: Say = SAY) -> int:  # noqa: ARG001
+    """Write a configuration with every default and what it means.
+
+    Parameters
+    ----------
+    path
+        YAML file to write; one that exists is left alone.
+    """
+    from shapemorph.config import RunConfig
+    from shapemorph.io.config_files import template_text
+    from shapemorph.io.safe_files import check_writable, whole_file
+
+    if path.exists():
+        raise ConfigError(f"{path} exists already: name another file or remove it first")
+    check_writable(path.parent)
+    with whole_file(path) as partial:
+        partial.write_text(template_text(RunConfig), encoding="utf-8")
+    show(str(path))
+    return 0
+
+
+@app.command
+def check(config: Path, /, *, settings: Settings = NO_SETTINGS, say: Say = SAY) -> int:
+    """Check a configuration and everything that it names, without running.
+
+    Parameters
+    ----------
+    config
+        YAML file, or the directory of a run.
+    """
+    from shapemorph.cli.words import describe_check
+    from shapemorph.pipeline.check import check_inputs
+
+    configure_log(say)
+    found = check_inputs(read_run_config(config, settings))
+    show_json(found) if say.json else show("\n".join(describe_check(found)))
+    return 0
+
+
+@app.command
+def report(run_folder: Path, /, *, say: Say = SAY) -> int:
+    """Make summary, figures and report of a finished run again.
+
+    Parameters
+    ----------
+    run_folder
+        Directory of the run.
+    """
+    from shapemorph.pipeline.measure import report as make_again
+
+    config = read_run_config(run_folder, NO_SETTINGS)
+    configure_log(say)
+    with watching(say) as listener:
+        outcome = make_again(config, run_folder, listener=listener)
+    return print_outcome(outcome, say)
+
+
+@app.command
+def doctor(*, say: Say = SAY) -> int:
+    """Look whether this machine has everything, and say how to mend what is missing."""
+    from dataclasses import asdict
+
+    from shapemorph.pipeline.doctor import examine
+
+    findings = []
+    for finding in examine():
+        findings.append(finding)
+        if not say.json and not (say.quiet and finding.ok):
+            show(f"{'ok     ' if finding.ok else 'MISSING'} {finding.name}: {finding.detail}")
+            if finding.remedy:
+                show(f"        mend it with: {finding.remedy}")
+    if say.json:
+        show_json([asdict(finding) for finding in findings])
+    return 0 if all(finding.ok for finding in findings) else 1

@@ -1,0 +1,123 @@
+"""What several commands do: find the configuration, bring a run up to date, print it."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shapemorph.cli.console import configure_log, show, show_json, watching
+from shapemorph.cli.options import Say, Settings
+from shapemorph.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from shapemorph.config import RunConfig
+    from shapemorph.pipeline.measure import Outcome
+
+CONFIG_SUFFIXES = (".yaml", ".yml")
+
+
+def is_config(path: Path) -> bool:
+    """Tell a configuration, or a run, from a mesh or a picture."""
+    return path.suffix.lower() in CONFIG_SUFFIXES or (path / "run.yaml").is_file()
+
+
+def read_run_config(path: Path, settings: Settings) -> "RunConfig":
+    """Read a YAML file, or the one in the directory of a run."""
+    from shapemorph.config import RunConfig
+    from shapemorph.io.config_files import read_config
+
+    if path.is_dir():
+        if not (path / "run.yaml").is_file():
+            raise ConfigError(f"{path} is no run: expected a directory with run.yaml in it")
+        path = path / "run.yaml"
+    return read_config(path, RunConfig, settings.set_)
+
+
+def defaults(settings: Settings) -> "RunConfig":
+    """Give the default configuration with some settings over it."""
+    from shapemorph.config import RunConfig
+    from shapemorph.io.config_files import check_config
+
+    return check_config({}, RunConfig, settings.set_)
+
+
+def both(deformed: Path | None, command: str) -> Path:
+    """Insist on the second picture."""
+    if deformed is None:
+        raise ConfigError(f"{command} expects two pictures, or one YAML file; got one picture")
+    return deformed
+
+
+def run_config(
+    path: Path,
+    output: Path | None,
+    settings: Settings,
+    say: Say,
+    *,
+    until: str | None = None,
+    force: Sequence[str] = (),
+) -> int:
+    """Bring the run of a configuration file up to date."""
+    config = read_run_config(path, settings)
+    return bring_up_to_date(config, output or _home(path), say, until=until, force=force)
+
+
+def bring_up_to_date(
+    config: "RunConfig",
+    folder: Path,
+    say: Say,
+    *,
+    until: str | None = None,
+    force: Sequence[str] = (),
+) -> int:
+    """Run what is outdated and print what was found."""
+    from shapemorph.pipeline.measure import measure
+
+    configure_log(say)
+    with watching(say) as listener:
+        outcome = measure(config, folder, until=until, force=force, listener=listener)
+    return print_outcome(outcome, say)
+
+
+def print_outcome(outcome: "Outcome", say: Say) -> int:
+    """Print what a run did and found."""
+    from shapemorph.cli.words import describe_run
+
+    summary_file = outcome.folder / "summary.json"
+    summary: dict[str, Any] = {}
+    if summary_file.is_file():
+        summary = json.loads(summary_file.read_text(encoding="utf-8"))
+    if say.json:
+        done = {"folder": str(outcome.folder), "ran": outcome.ran, "kept": outcome.kept}
+        show_json({"run": {**done, "written": outcome.written}, **summary})
+        return 0
+    if outcome.did_nothing:
+        show(f"nothing to do: {outcome.folder} is up to date")
+    if summary:
+        show("\n".join(describe_run(outcome.folder, summary)))
+    elif not outcome.did_nothing:
+        show(f"ran {', '.join(outcome.ran) or 'nothing'} in {outcome.folder}")
+    return 0
+
+
+def print_result(
+    folder: Path,
+    summary: dict[str, Any],
+    describe: Callable[[Path, dict[str, Any]], Iterator[str]],
+    say: Say,
+) -> int:
+    """Print what was found outside of a run."""
+    if say.json:
+        show_json({"folder": str(folder), **summary})
+    else:
+        show("\n".join(describe(folder, summary)))
+    return 0
+
+
+def _home(path: Path) -> Path:
+    """Folder of a run: that of its own run.yaml, else one named after the configuration."""
+    if path.is_dir():
+        return path
+    if path.name == "run.yaml" and (path.parent / "outputs.json").is_file():
+        return path.parent
+    return Path(f"{path.stem}_run")

@@ -1,0 +1,101 @@
+"""Results as a few lines of text."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+
+def describe_run(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say what a measurement found."""
+    points, coverage = summary["points"], summary["coverage"]
+    displacement, strain = summary["displacement_mm"], summary["strain"]
+    yield (
+        f"points      {points['ok']} of {points['total']} ({points['ok_share']:.1%}), "
+        f"{coverage['share_of_surface']:.1%} of the surface"
+    )
+    yield (
+        f"displaced   median {_number(displacement['median'])} mm, "
+        f"largest {_number(displacement['max'])} mm "
+        f"(1 sigma {_number(summary['sigma_displacement_mm']['median'])} mm)"
+    )
+    for name in ("E1", "E2"):
+        found = strain[name]
+        yield (
+            f"{name}          median {_number(found['median'])}, "
+            f"p1 {_number(found['p1'])}, p99 {_number(found['p99'])} (Green-Lagrange; 1 sigma "
+            f"{_number(strain['sigma_' + name]['median'])})"
+        )
+    yield (
+        f"gauge       {_number(strain['gauge_px'])} px = {_number(strain['gauge_mm'])} mm; "
+        f"subset {summary['correlate']['subset_size_px']} px, "
+        f"spacing {summary['correlate']['spacing_px']} px"
+    )
+    yield f"aligned     {summary['align']['note']}"
+    yield from describe_verdict(summary)
+    yield f"results     {folder}"
+
+
+def describe_correlation(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say what the correlation of two pictures found."""
+    points, correlate = summary["points"], summary["correlate"]
+    yield f"points      {points['ok']} of {points['total']} ({points['ok_share']:.1%})"
+    yield (
+        f"subset      {correlate['subset_size_px']} px ({correlate['subset_reason']}), "
+        f"spacing {correlate['spacing_px']} px"
+    )
+    yield (
+        f"zncc        median {_number(correlate['zncc']['median'])}, "
+        f"p5 {_number(correlate['zncc']['p5'])}; 1 sigma "
+        f"{_number(correlate['sigma_px']['median'])} px"
+    )
+    if correlate["points_per_second"]:
+        yield f"speed       {correlate['points_per_second']:.0f} points/s"
+    yield from describe_verdict(summary)
+    yield f"results     {folder}"
+
+
+def describe_morph(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say what matching two pictures found."""
+    match = summary["match"]
+    yield f"matches     {match['pairs']}, {_number(match['residual_px'])} px about the warp"
+    yield f"folded      {match['fold_share']:.2%} of the matched area"
+    yield f"results     {folder}"
+
+
+def describe_flattening(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say how a mesh was laid flat."""
+    found = summary["flatten"]
+    stretch, scale = found["anisotropy"], found["local_px_per_mm"]
+    yield f"method      {found['method']}: {found['reason']}"
+    yield (
+        f"picture     {found['width_px']} x {found['height_px']} px, "
+        f"{_number(found['px_per_mm'])} px/mm, speckle {_number(found['speckle_px'])} px"
+    )
+    yield f"anisotropy  median {_number(stretch['median'])}, p99 {_number(stretch['p99'])}"
+    yield f"local scale p1 {_number(scale['p1'])}, p99 {_number(scale['p99'])} px/mm"
+    yield f"flips       {found['flips']}"
+    yield f"results     {folder}"
+
+
+def describe_check(found: dict[str, Any]) -> Iterator[str]:
+    """Say what a run would read."""
+    for side in ("reference", "deformed"):
+        report, size = found["inputs"][side], found["inputs"][f"{side}_size"]
+        yield (
+            f"{side:11s} {report['name']}: {report['faces']} faces, {_number(size)} mm, grey from "
+            f"{report['grey_source']}"
+        )
+        yield from (f"            {note}" for note in report["notes"])
+    if found["landmarks"]:
+        yield f"landmarks   {', '.join(found['landmarks'])}"
+    yield "ready to run"
+
+
+def describe_verdict(summary: dict[str, Any]) -> Iterator[str]:
+    """Give the verdict and its reasons."""
+    yield f"verdict     {summary['verdict']['level']}"
+    yield from (f"            {reason}" for reason in summary["verdict"]["reasons"])
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
