@@ -15,8 +15,6 @@ from shapemorph.core.region import Region
 from shapemorph.io.mesh_sources import mesh_sources
 from shapemorph.pipeline.fingerprints import file_fingerprint, files_fingerprint, fingerprint
 
-MILLIMETRES = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1000.0, "in": 25.4}
-
 _SAME_OBJECT = 6.0  # a rubber balloon grows threefold; units differ tenfold or more
 
 
@@ -48,6 +46,11 @@ class Inputs:
         inputs = self._config.inputs
         own = inputs.reference_units if side == "reference" else inputs.deformed_units
         return own or inputs.units
+
+    def _mm_per_unit(self, side: str) -> float:
+        from shapemorph.io.meshes import MM_PER_UNIT
+
+        return float(MM_PER_UNIT[self.unit(side)])
 
     def path(self, side: str) -> Path:
         """Path of one mesh.
@@ -134,13 +137,13 @@ class Inputs:
             return None
         return read_landmarks(
             path,
-            reference_scale=MILLIMETRES[self.unit("reference")],
-            deformed_scale=MILLIMETRES[self.unit("deformed")],
+            reference_scale=self._mm_per_unit("reference"),
+            deformed_scale=self._mm_per_unit("deformed"),
         )
 
     def _read_region(self, name: str) -> Region | None:
         config = self._region_config(name)
-        return None if config is None else region_in_mm(config, MILLIMETRES[self.unit("reference")])
+        return None if config is None else region_in_mm(config, self._mm_per_unit("reference"))
 
 
 def region_in_mm(config: RegionConfig, scale: float) -> Region:

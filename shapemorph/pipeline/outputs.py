@@ -109,7 +109,6 @@ def _write_figures(run: Finished, folder: Path) -> None:
         return
     from shapemorph.view.figures import write_figures
 
-    (folder / "figures").mkdir()
     write_figures(run.nouns(), folder / "figures")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 import shapemorph
 from shapemorph.config import CorrelateConfig, RunConfig
-from shapemorph.core.arrays import Bools, Floats
+from shapemorph.core.arrays import Codes, Floats
 from shapemorph.core.flattened import FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.inputreports import InputReports
@@ -33,7 +33,7 @@ def summarise(
     arrays = results.measurement.arrays
     coverage = measured_share(results)
     sections: dict[str, Any] = {
-        "points": _points(results.grid),
+        "points": point_figures(arrays["status"].astype(np.uint8)),
         "coverage": coverage,
         "displacement_mm": spread(np.linalg.norm(arrays["displacement"], axis=-1)),
         "sigma_displacement_mm": spread(arrays["sigma_displacement"]),
@@ -128,7 +128,6 @@ def correlation_figures(
         "zncc": spread(grid.zncc[ok]),
         "iterations": spread(grid.iterations[ok].astype(np.float64)),
         "sigma_px": spread(np.sqrt(np.mean(grid.sigma_px[ok] ** 2, axis=-1))),
-        "statuses": count_statuses(grid.status),
     }
 
 
@@ -145,16 +144,24 @@ def measured_share(results: RunResults) -> dict[str, float]:
         (``share_of_region``) and of the whole surface (``share_of_surface``).
     """
     surface = results.pair.reference
-    status = results.tracked.status
-    area = _point_area(results.grid, surface)
-    measurable: Bools = status != PointStatus.OUTSIDE_MASK
-    good = float(np.nansum(area[status == PointStatus.OK]))
-    tried, whole = float(np.nansum(area[measurable])), float(surface.distortion.area.sum())
+    tried = results.tracked.status != PointStatus.OUTSIDE_MASK
+    area = _point_area(results.grid, surface)[tried]
+    ok = results.measurement.arrays["status"] == PointStatus.OK
+    good, region = float(np.nansum(area[ok])), float(np.nansum(area))
+    whole = float(surface.distortion.area.sum())
     return {
         "area_mm2": good,
-        "share_of_region": good / tried if tried else 0.0,
+        "share_of_region": good / region if region else 0.0,
         "share_of_surface": min(1.0, good / whole) if whole else 0.0,
     }
+
+
+def point_figures(status: Codes) -> dict[str, Any]:
+    """Count the points inside the mask and what became of them."""
+    counts = count_statuses(status)
+    total = int((status != PointStatus.OUTSIDE_MASK).sum())
+    ok = counts.get("OK", 0)
+    return {"total": total, "ok": ok, "ok_share": ok / total if total else 0.0, "statuses": counts}
 
 
 def peak_memory_mb() -> float:
@@ -169,16 +176,6 @@ def versions() -> dict[str, str]:
     for package in _PACKAGES:
         found[package] = metadata.version(package)
     return found
-
-
-def _points(grid: CorrelationGrid) -> dict[str, Any]:
-    tried = int((grid.status != PointStatus.OUTSIDE_MASK).sum())
-    return {
-        "total": tried,
-        "ok": grid.ok_count,
-        "ok_share": grid.ok_count / tried if tried else 0.0,
-        "statuses": count_statuses(grid.status),
-    }
 
 
 def _point_area(grid: CorrelationGrid, surface: FlattenedSurface) -> Floats:
