@@ -72,7 +72,7 @@ def _save_all(figures: Named, folder: Path) -> list[Path]:
     paths = []
     for name, figure in figures:
         path = folder / f"{name}.png"
-        figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 4})
+        figure.savefig(path, dpi=DPI, pil_kwargs={"compress_level": 2})
         paths.append(path)
     return paths
 
