@@ -1,0 +1,84 @@
+"""On which side of a line a point lies: the sign is exact, ties are broken one way for all.
+
+The fast formula decides nearly always; where round-off could change its sign the six
+products are summed without error (expansions of doubles, J. R. Shewchuk, Discrete Comput.
+Geom. 18 (1997), doi 10.1007/PL00009321).
+
+A point on an edge or a vertex is given to exactly one of the triangles around it: it is
+judged as if it lay at (x + e, y + e^2) for an infinitely small e, the same for every
+triangle.
+"""
+
+import numpy as np
+from numba import njit
+
+from shapemorph.core.arrays import Floats
+
+SPLITTER = 134217729.0  # 2^27 + 1 halves the digits of a double
+ROUND_OFF = 3.3306690738754716e-16  # (3 + 16 u) u with u = 2^-53, of the fast formula
+
+
+@njit(cache=True)
+def _add_term(expansion: Floats, count: int, term: float) -> None:
+    """Add one number to an expansion of `count` numbers, without error."""
+    carry = term
+    for i in range(count):
+        total = carry + expansion[i]
+        virtual = total - carry
+        expansion[i] = (carry - (total - virtual)) + (expansion[i] - virtual)
+        carry = total
+    expansion[count] = carry
+
+
+@njit(cache=True)
+def _add_product(expansion: Floats, count: int, a: float, b: float) -> None:
+    """Add a product to an expansion of `count` numbers, which grows by two."""
+    product = a * b
+    big = SPLITTER * a
+    a_high = big - (big - a)
+    big = SPLITTER * b
+    b_high = big - (big - b)
+    a_low, b_low = a - a_high, b - b_high
+    rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    _add_term(expansion, count, rest)
+    _add_term(expansion, count + 1, product)
+
+
+@njit(cache=True)
+def _exact_side(ax: float, ay: float, bx: float, by: float, px: float, py: float) -> float:
+    expansion = np.zeros(12)
+    _add_product(expansion, 0, ax, by)
+    _add_product(expansion, 2, -ax, py)
+    _add_product(expansion, 4, -px, by)
+    _add_product(expansion, 6, -ay, bx)
+    _add_product(expansion, 8, ay, px)
+    _add_product(expansion, 10, py, bx)
+    for i in range(11, -1, -1):
+        if expansion[i] != 0.0:
+            return float(expansion[i])
+    return 0.0
+
+
+@njit(cache=True)
+def side(ax: float, ay: float, bx: float, by: float, px: float, py: float) -> float:
+    """Twice the signed area of the triangle a, b, p; its sign is exact.
+
+    Positive where ``(b - a) x (p - a)`` is.
+    """
+    left, right = (ax - px) * (by - py), (ay - py) * (bx - px)
+    value = left - right
+    if abs(value) > ROUND_OFF * (abs(left) + abs(right)) or (left == 0.0 and right == 0.0):
+        return value
+    return float(_exact_side(ax, ay, bx, by, px, py))
+
+
+@njit(cache=True)
+def owns(sign: float, ax: float, ay: float, bx: float, by: float, px: float, py: float) -> bool:
+    """Whether p lies on the inner side of edge a -> b of a triangle.
+
+    `sign` is +1 for triangles of positive signed area, -1 for the others.
+    """
+    value = side(ax, ay, bx, by, px, py)
+    if value == 0.0:
+        value = ay - by if ay != by else bx - ax
+    return bool(value * sign > 0.0)

@@ -1,0 +1,370 @@
+"""Grey levels straight from textures: one cubic interpolation, averaged over each pixel.
+
+A set of textures is one flat array of B-spline coefficients. Row ``t * levels + l`` of its
+table gives offset, height and width of texture t reduced l times by boxes of 2 x 2 texels.
+Texel centres are at integers; a texel (x, y) of the full texture is ``(x + 1/2) / 2^l - 1/2``
+at level l.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from shapemorph.core.arrays import Floats, Greys, Ints
+from shapemorph.kernels.bspline import cubic_weights
+from shapemorph.kernels.locate import find, weights
+
+POLE = -0.26794919243112270  # sqrt(3) - 2, of the cubic B-spline
+REACH = 14  # POLE^14 is below the precision of float32
+LANES = 16
+SAMPLES = 4.0  # per axis of a pixel, about; beyond it a reduced level is read
+MOST_SAMPLES = 8
+SURELY_INSIDE = 1e-9  # weight of a corner that round-off cannot turn negative
+
+
+@njit(cache=True, inline="always")
+def _inside(index: int, count: int, repeats: int) -> int:
+    """Index within the line: repeated, or mirrored about its ends."""
+    if 0 <= index < count:
+        return index
+    if repeats:
+        return index % count
+    if count == 1:
+        return 0
+    index = abs(index) % (2 * count - 2)
+    return index if index < count else 2 * count - 2 - index
+
+
+@njit(cache=True)
+def _filter_lanes(lines: Greys, repeats: int) -> None:
+    """Turn samples into B-spline coefficients in place, along the first axis."""
+    count, lanes = lines.shape
+    pole = np.float32(POLE)
+    first = np.zeros(lanes, np.float32)
+    for k in range(REACH, -1, -1):
+        first = pole * first + lines[_inside(-k, count, repeats)]
+    lines[0] = first
+    for i in range(1, count):
+        for lane in range(lanes):
+            lines[i, lane] += pole * lines[i - 1, lane]
+    if repeats:
+        last = np.zeros(lanes, np.float32)
+        for k in range(REACH, -1, -1):
+            last = pole * (last - lines[(count - 1 + k) % count])
+        lines[count - 1] = last
+    else:
+        lines[count - 1] = (lines[count - 1] + pole * lines[count - 2]) * np.float32(
+            POLE / (POLE * POLE - 1.0)
+        )
+    for i in range(count - 2, -1, -1):
+        for lane in range(lanes):
+            lines[i, lane] = pole * (lines[i + 1, lane] - lines[i, lane])
+
+
+@njit(cache=True, parallel=True)
+def _filter_along_first_axis(picture: Greys, repeats: int) -> None:
+    """Filter blocks of columns, each copied to where it fits the cache."""
+    count, lanes = picture.shape
+    if count == 1:
+        return
+    for block in prange((lanes + LANES - 1) // LANES):
+        first, last = block * LANES, min((block + 1) * LANES, lanes)
+        lines = np.empty((count, last - first), np.float32)
+        for i in range(count):
+            for lane in range(last - first):
+                lines[i, lane] = np.float32(6.0) * picture[i, first + lane]
+        _filter_lanes(lines, repeats)
+        for i in range(count):
+            for lane in range(last - first):
+                picture[i, first + lane] = lines[i, lane]
+
+
+def to_coefficients(picture: Greys, repeats: int) -> None:
+    """Turn a picture into its cubic B-spline coefficients, in place."""
+    _filter_along_first_axis(picture, repeats)
+    _filter_along_first_axis(picture.T, repeats)
+
+
+@njit(cache=True, parallel=True)
+def reduce_by_two(picture: Greys) -> Greys:
+    """Average boxes of 2 x 2 texels; what is left over at the end stands for itself."""
+    height, width = picture.shape
+    reduced = np.empty(((height + 1) // 2, (width + 1) // 2), np.float32)
+    for row in prange(reduced.shape[0]):
+        above, below = 2 * row, min(2 * row + 1, height - 1)
+        for col in range(reduced.shape[1]):
+            left, right = 2 * col, min(2 * col + 1, width - 1)
+            total = picture[above, left] + picture[above, right]
+            reduced[row, col] = (total + picture[below, left] + picture[below, right]) / 4.0
+    return reduced
+
+
+@njit(cache=True)
+def _interpolate(
+    texels: Greys, offset: int, height: int, width: int, repeats: int, x: float, y: float
+) -> float:
+    if not repeats:
+        x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
+    col, row = int(np.floor(x)), int(np.floor(y))
+    wx, wy = cubic_weights(x - col), cubic_weights(y - row)
+    total = 0.0
+    if 1 <= col < width - 2 and 1 <= row < height - 2:
+        for j in range(4):
+            start = offset + (row - 1 + j) * width + col - 1
+            line = 0.0
+            for i in range(4):
+                line += wx[i] * texels[start + i]
+            total += wy[j] * line
+        return total
+    for j in range(4):
+        start = offset + _inside(row - 1 + j, height, repeats) * width
+        line = 0.0
+        for i in range(4):
+            line += wx[i] * texels[start + _inside(col - 1 + i, width, repeats)]
+        total += wy[j] * line
+    return total
+
+
+@njit(cache=True, inline="always")
+def _choose_level(along_x: float, along_y: float, base: int, levels: int) -> int:
+    """Level at which a pixel of this many texels needs few samples."""
+    excess = max(np.sqrt(along_x * along_y) / SAMPLES, max(along_x, along_y) / MOST_SAMPLES)
+    level = int(np.ceil(np.log2(excess))) if excess > 1.0 else 0
+    return min(max(level, base), base + levels - 1)
+
+
+@njit(cache=True, inline="always")
+def _count_samples(texels: float) -> int:
+    return min(max(int(np.ceil(texels)), 1), MOST_SAMPLES)
+
+
+@njit(cache=True, inline="always")
+def _texels_along(gradient: Floats, x: float, y: float) -> float:
+    return np.hypot(
+        gradient[0, 0] * x + gradient[0, 1] * y, gradient[1, 0] * x + gradient[1, 1] * y
+    )
+
+
+@njit(cache=True, inline="always")
+def _weight_slopes(px: Floats, faces: Ints, k: int, x: float, y: float) -> tuple[float, float]:
+    """Change of the weights of the second and third corner along a step (x, y)."""
+    ax, ay = px[faces[k, 0], 0], px[faces[k, 0], 1]
+    bx, by = px[faces[k, 1], 0] - ax, px[faces[k, 1], 1] - ay
+    cx, cy = px[faces[k, 2], 0] - ax, px[faces[k, 2], 1] - ay
+    area = bx * cy - by * cx
+    return (x * cy - y * cx) / area, (bx * y - by * x) / area
+
+
+@njit(cache=True)
+def _mean_grey(
+    centre_x: float,
+    centre_y: float,
+    frame: Floats,
+    centre: int,
+    px: Floats,
+    faces: Ints,
+    sign: float,
+    grid: Floats,
+    cols: int,
+    starts: Ints,
+    items: Ints,
+    corner_values: Floats,
+    gradients: Floats,
+    textures: Ints,
+    texels: Greys,
+    table: Ints,
+    base: int,
+    repeats: Ints,
+) -> float:
+    """Mean grey over one parallelogram whose centre lies in a known triangle."""
+    textured = len(texels) > 0
+    levels = len(table) // max(len(repeats), 1)
+    along_x = _texels_along(gradients[centre], frame[0, 0], frame[1, 0])
+    along_y = _texels_along(gradients[centre], frame[0, 1], frame[1, 1])
+    level = _choose_level(along_x, along_y, base, levels) if textured else 0
+    shrink = 2.0**-level
+    across, down = _count_samples(along_x * shrink), _count_samples(along_y * shrink)
+    second_0, third_0 = weights(px, faces, centre, centre_x, centre_y)
+    second_s, third_s = _weight_slopes(px, faces, centre, frame[0, 0], frame[1, 0])
+    second_t, third_t = _weight_slopes(px, faces, centre, frame[0, 1], frame[1, 1])
+    total, count = 0.0, 0
+    for j in range(down):
+        for i in range(across):
+            s, t = (i + 0.5) / across - 0.5, (j + 0.5) / down - 0.5
+            x = centre_x + frame[0, 0] * s + frame[0, 1] * t
+            y = centre_y + frame[1, 0] * s + frame[1, 1] * t
+            under = centre
+            second = second_0 + second_s * s + second_t * t
+            third = third_0 + third_s * s + third_t * t
+            if min(second, third, 1.0 - second - third) < SURELY_INSIDE and across * down > 1:
+                under = find(px, faces, sign, grid, cols, starts, items, x, y)
+                if under < 0:
+                    continue
+                second, third = weights(px, faces, under, x, y)
+            corner = corner_values[under]
+            u = corner[0, 0] + second * (corner[1, 0] - corner[0, 0])
+            u += third * (corner[2, 0] - corner[0, 0])
+            count += 1
+            if not textured:
+                total += u
+                continue
+            v = corner[0, 1] + second * (corner[1, 1] - corner[0, 1])
+            v += third * (corner[2, 1] - corner[0, 1])
+            entry = textures[under] * levels + level - base
+            total += _interpolate(
+                texels,
+                table[entry, 0],
+                table[entry, 1],
+                table[entry, 2],
+                repeats[textures[under]],
+                (u + 0.5) * shrink - 0.5,
+                (v + 0.5) * shrink - 0.5,
+            )
+    return total / count if count > 0 else np.nan
+
+
+@njit(cache=True, parallel=True)
+def shade(
+    points: Floats,
+    footprints: Floats,
+    hints: Ints,
+    px: Floats,
+    faces: Ints,
+    sign: float,
+    grid: Floats,
+    cols: int,
+    starts: Ints,
+    items: Ints,
+    corner_values: Floats,
+    gradients: Floats,
+    textures: Ints,
+    texels: Greys,
+    table: Ints,
+    base: int,
+    repeats: Ints,
+) -> tuple[Greys, Ints]:
+    """Average the grey of a flattened surface over parallelograms of its chart.
+
+    Parameters
+    ----------
+    points : (N, 2)
+        Centres, px of the chart.
+    footprints : (N, 2, 2) or (1, 2, 2)
+        Sides of each parallelogram in its columns, px of the chart.
+    hints : (N,) or (0,)
+        Triangles to look into first; -1 where unknown.
+    px, faces, sign, grid, cols, starts, items
+        The chart and its buckets, as for :func:`shapemorph.kernels.locate.locate`.
+    corner_values : (M, 3, 2)
+        Position (x, y) of each corner in its full texture, texels; without textures the
+        grey of the corner, twice.
+    gradients : (M, 2, 2)
+        d texel / d px of each triangle; without textures any measure of how fine the
+        corners lie.
+    textures : (M,)
+        Texture of each triangle.
+    texels : (T,)
+        All coefficients; empty without textures.
+    table : (textures * levels, 3)
+        Offset, height and width.
+    base : int
+        Times that the first level is reduced already.
+    repeats : (textures,)
+        1 where a texture is continued periodically, 0 where by its border.
+
+    Returns
+    -------
+    grey : (N,)
+        NaN off the chart.
+    triangle : (N,)
+        Under each centre, -1 off the chart.
+    """
+    grey = np.full(len(points), np.nan, np.float32)
+    triangle = np.full(len(points), -1, np.int64)
+    for n in prange(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        k = hints[n] if len(hints) > 0 else -1
+        if k < 0:
+            k = find(px, faces, sign, grid, cols, starts, items, x, y)
+        if k < 0:
+            continue
+        triangle[n] = k
+        mean = _mean_grey(
+            x,
+            y,
+            footprints[min(np.int64(n), len(footprints) - 1)],
+            k,
+            px,
+            faces,
+            sign,
+            grid,
+            cols,
+            starts,
+            items,
+            corner_values,
+            gradients,
+            textures,
+            texels,
+            table,
+            base,
+            repeats,
+        )
+        grey[n] = min(max(mean, 0.0), 1.0)
+    return grey, triangle
+
+
+@njit(cache=True)
+def _mean_of_picture(
+    centre_x: float, centre_y: float, frame: Floats, texels: Greys, table: Ints
+) -> float:
+    """Mean grey of a picture over one parallelogram."""
+    along_x = np.hypot(frame[0, 0], frame[1, 0])
+    along_y = np.hypot(frame[0, 1], frame[1, 1])
+    level = _choose_level(along_x, along_y, 0, len(table))
+    shrink = 2.0**-level
+    across, down = _count_samples(along_x * shrink), _count_samples(along_y * shrink)
+    total = 0.0
+    for j in range(down):
+        for i in range(across):
+            s, t = (i + 0.5) / across - 0.5, (j + 0.5) / down - 0.5
+            x = centre_x + frame[0, 0] * s + frame[0, 1] * t
+            y = centre_y + frame[1, 0] * s + frame[1, 1] * t
+            total += _interpolate(
+                texels,
+                table[level, 0],
+                table[level, 1],
+                table[level, 2],
+                0,
+                (x + 0.5) * shrink - 0.5,
+                (y + 0.5) * shrink - 0.5,
+            )
+    return total / (across * down)
+
+
+@njit(cache=True, parallel=True)
+def resample(points: Floats, footprints: Floats, texels: Greys, table: Ints) -> Greys:
+    """Average a picture over parallelograms.
+
+    Parameters
+    ----------
+    points : (N, 2)
+        Centres, px of the picture.
+    footprints : (N, 2, 2)
+        Sides of each parallelogram in its columns, px of the picture.
+    texels : (T,)
+        Coefficients of all levels.
+    table : (levels, 3)
+        Offset, height and width.
+
+    Returns
+    -------
+    (N,)
+        NaN where the centre lies beyond the picture's border.
+    """
+    grey = np.full(len(points), np.nan, np.float32)
+    height, width = table[0, 1], table[0, 2]
+    for n in prange(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        if -0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5:
+            mean = _mean_of_picture(x, y, footprints[n], texels, table)
+            grey[n] = min(max(mean, 0.0), 1.0)
+    return grey

@@ -1,0 +1,93 @@
+"""Resample a deformed picture in the frame of the reference, through a warp."""
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats
+from shapemorph.core.image import CalibratedImage, GreyImage
+from shapemorph.core.matching import Warp
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.kernels import texture as kernel
+from shapemorph.methods.calibrating import POINTS_AT_ONCE, continue_outside
+from shapemorph.methods.shading import level_table, prepare_shader, reduced_coefficients
+from shapemorph.methods.warping import warp_points
+
+LEVELS = 5
+
+
+def morph_surface(
+    mesh: TexturedMesh, image: CalibratedImage, warp: Warp, shape: tuple[int, int]
+) -> GreyImage:
+    """Resample a textured surface in the reference frame, straight from its texture.
+
+    Every pixel averages the texture over the parallelogram that the warp makes of it.
+
+    Parameters
+    ----------
+    mesh : TexturedMesh
+        The deformed one.
+    image : CalibratedImage
+        Of that mesh.
+    warp : Warp
+        Reference px -> deformed px.
+    shape : (int, int)
+        Height and width of the reference picture.
+
+    Returns
+    -------
+    GreyImage
+        The mask holds the pixels whose centre meets the deformed surface.
+    """
+    shader = prepare_shader(mesh, image.chart)
+    grey = np.zeros(shape[0] * shape[1], np.float32)
+    mask = np.zeros(shape[0] * shape[1], dtype=bool)
+    for start in range(0, len(grey), POINTS_AT_ONCE):
+        some = slice(start, min(start + POINTS_AT_ONCE, len(grey)))
+        targets, gradient = warp_points(warp, _pixel_centres(some, shape[1]))
+        found, triangle = shader.shade(targets, gradient)
+        mask[some] = triangle >= 0
+        grey[some] = np.where(mask[some], found, np.float32(0))
+    mask = mask.reshape(shape)
+    return GreyImage(continue_outside(grey.reshape(shape), mask), mask)
+
+
+def morph_image(image: GreyImage, warp: Warp, shape: tuple[int, int]) -> GreyImage:
+    """Resample a plain picture in the reference frame by cubic splines.
+
+    Parameters
+    ----------
+    image : GreyImage
+        The deformed picture.
+    warp : Warp
+        Reference px -> deformed px.
+    shape : (int, int)
+        Height and width of the reference picture.
+
+    Returns
+    -------
+    GreyImage
+        The mask holds the pixels whose centre falls nearest to one of the deformed mask.
+    """
+    filled = continue_outside(image.grey, image.mask)
+    levels = reduced_coefficients(filled, base=0, levels=LEVELS, repeats=0)
+    texels, table = np.concatenate([level.ravel() for level in levels]), level_table(levels)
+    grey = np.zeros(shape[0] * shape[1], np.float32)
+    mask = np.zeros(shape[0] * shape[1], dtype=bool)
+    for start in range(0, len(grey), POINTS_AT_ONCE):
+        some = slice(start, min(start + POINTS_AT_ONCE, len(grey)))
+        targets, gradient = warp_points(warp, _pixel_centres(some, shape[1]))
+        found = kernel.resample(targets, gradient, texels, table)
+        inside = np.flatnonzero(np.isfinite(found))
+        nearest = np.rint(targets[inside]).astype(np.int64)
+        rows = np.clip(nearest[:, 1], 0, image.shape[0] - 1)
+        cols = np.clip(nearest[:, 0], 0, image.shape[1] - 1)
+        inside = inside[image.mask[rows, cols]]
+        mask[start + inside] = True
+        grey[start + inside] = found[inside]
+    mask = mask.reshape(shape)
+    return GreyImage(continue_outside(grey.reshape(shape), mask), mask)
+
+
+def _pixel_centres(some: slice, width: int) -> Floats:
+    """Positions (x, y) of pixels numbered row by row."""
+    rows, cols = np.divmod(np.arange(some.start, some.stop), width)
+    return np.stack([cols, rows], axis=1).astype(np.float64)

@@ -1,0 +1,163 @@
+"""Cut a mesh down to one piece that can lie flat, or say why it cannot."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.errors import DataError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A connected piece of a mesh whose vertices have one fan of faces each.
+
+    Attributes
+    ----------
+    vertex_ids : (N,) int64
+        Vertex of the mesh that each vertex of the piece is a copy of.
+    faces : (M, 3) int64
+        In vertices of the piece.
+    face_ids : (M,) int64
+        Face of the mesh that each one is.
+    """
+
+    vertex_ids: Ints
+    faces: Ints
+    face_ids: Ints
+
+
+def pair_half_edges(faces: Ints, *, name: str) -> tuple[Ints, Ints]:
+    """Find which half-edges share an edge and which have no partner.
+
+    Half-edge ``3 f + c`` runs from corner c of face f to the next.
+
+    Returns
+    -------
+    pairs : (P, 2)
+        Half-edges of one edge.
+    single : (B,)
+        Half-edges on the boundary.
+
+    Raises
+    ------
+    DataError
+        If an edge has more than two faces, or two that run the same way along it.
+    """
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    key = low * (int(faces.max()) + 1) + high
+    order = np.argsort(key, kind="stable")
+    _, first, count = np.unique(key[order], return_index=True, return_counts=True)
+    if count.max() > 2:
+        raise DataError(
+            f"{name}: {int((count > 2).sum())} edges have more than two faces: "
+            "remove the extra faces in a mesh editor"
+        )
+    twice = first[count == 2]
+    pairs = np.stack([order[twice], order[twice + 1]], axis=1)
+    clashes = int((start[pairs[:, 0]] == start[pairs[:, 1]]).sum())
+    if clashes:
+        raise DataError(
+            f"{name}: faces on both sides of {clashes} edges face opposite ways: "
+            "unify the face orientation in a mesh editor"
+        )
+    return pairs, np.sort(order[first[count == 1]])
+
+
+def cut_piece(vertices: Floats, faces: Ints, *, name: str) -> Piece:
+    """Take the piece with the largest area, and part the surface where only a vertex holds it.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+    faces : (F, 3)
+    name : str
+        What errors call the mesh.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    pairs, _ = pair_half_edges(faces, name=name)
+    one, other = pairs[:, 0], pairs[:, 1]
+    rows = np.concatenate([one, _next_corner(one)])
+    cols = np.concatenate([_next_corner(other), other])
+    corners = faces.size
+    linked = coo_array((np.ones(len(rows), np.int8), (rows, cols)), shape=(corners, corners))
+    _, fan = connected_components(linked, directed=False)
+    return _largest_piece(vertices, faces, pairs, fan.astype(np.int64).reshape(-1, 3))
+
+
+def _next_corner(corner: Ints) -> Ints:
+    following: Ints = np.where(corner % 3 == 2, corner - 2, corner + 1)
+    return following
+
+
+def _largest_piece(vertices: Floats, faces: Ints, pairs: Ints, fans: Ints) -> Piece:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    count = len(faces)
+    linked = coo_array(
+        (np.ones(len(pairs), np.int8), (pairs[:, 0] // 3, pairs[:, 1] // 3)), shape=(count, count)
+    )
+    _, label = connected_components(linked, directed=False)
+    side_1 = vertices[faces[:, 1]] - vertices[faces[:, 0]]
+    side_2 = vertices[faces[:, 2]] - vertices[faces[:, 0]]
+    area = np.linalg.norm(np.cross(side_1, side_2), axis=1)
+    face_ids = np.flatnonzero(label == np.bincount(label, area).argmax())
+    _, first, renamed = np.unique(fans[face_ids], return_index=True, return_inverse=True)
+    return Piece(faces[face_ids].ravel()[first], renamed.reshape(-1, 3).astype(np.int64), face_ids)
+
+
+def boundary_loops(faces: Ints, *, name: str) -> list[Ints]:
+    """List the boundary loops, each in the direction of its faces.
+
+    Every vertex must have one fan of faces (see :func:`cut_piece`).
+    """
+    _, single = pair_half_edges(faces, name=name)
+    start = faces.ravel()[single]
+    following = dict(zip(start.tolist(), faces.ravel()[_next_corner(single)].tolist(), strict=True))
+    loops = []
+    while following:
+        first = vertex = next(iter(following))
+        loop = []
+        while vertex in following:
+            loop.append(vertex)
+            vertex = following.pop(vertex)
+        if vertex != first:
+            raise DataError(f"{name}: the boundary touches itself at a vertex")
+        loops.append(np.array(loop, dtype=np.int64))
+    return loops
+
+
+def require_disk(faces: Ints, loops: list[Ints], *, name: str) -> None:
+    """Refuse what no plane can hold in one piece even with its holes filled.
+
+    Parameters
+    ----------
+    faces : (F, 3)
+        One connected piece, numbered without gaps.
+    loops : list of (K,)
+        Its boundary loops.
+    name : str
+
+    Raises
+    ------
+    DataError
+        For closed surfaces and surfaces with handles.
+    """
+    if not loops:
+        raise DataError(
+            f"{name}: expected a surface with a border, got a closed one: remove the part that "
+            "the pattern does not need (open it), or set flatten.method=orthographic to measure "
+            "the side that one axis sees"
+        )
+    edges = (faces.size + sum(len(loop) for loop in loops)) // 2
+    euler = int(faces.max()) + 1 - edges + len(faces)
+    handles = (2 - euler - len(loops)) // 2
+    if handles:
+        raise DataError(
+            f"{name}: expected a disk with holes, got {handles} handle(s): cut or fill the "
+            "tunnels in a mesh editor, or set flatten.method=orthographic"
+        )

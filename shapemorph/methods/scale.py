@@ -1,0 +1,195 @@
+"""Choose how many pixels a millimetre gets: by the speckle, within what the texture holds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats
+from shapemorph.core.errors import DataError
+from shapemorph.core.image import Chart
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.kernels.raster import rasterise
+from shapemorph.methods.charting import chart_at_scale, picture_shape
+from shapemorph.methods.distortion import (
+    chart_distortion,
+    chart_handedness,
+    local_scale,
+    weighted_quantile,
+)
+from shapemorph.methods.parametrize.disk import Piece
+from shapemorph.methods.shading import prepare_shader, texel_map, texels_per_px
+from shapemorph.methods.speckle import TILE, choose_tiles, tile_widths
+
+PROBES = 6
+SHARP, BLURRED = 4.0, 12.0  # px across a speckle between which a probe is trusted
+LEAST_SPECKLE = 3.0  # px; 95 % of the tiles should show larger speckles
+MOST_FINER = 1.5  # factor that the above may refine the picture by
+LEAST_ACROSS = 300.0  # px, square root of the area of the picture
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pattern:
+    """What the texture shows on the surface.
+
+    Attributes
+    ----------
+    speckle_mm : (K,) float64
+        Size of a speckle on the surface, tile by tile.
+    chart_scale : (K,) float64
+        Local scale of the flattening there, 1 at the median of the area.
+    texels_per_mm : float
+        Density of the texture in a flattening at scale 1, median by area.
+    area : float
+        Of the flattened surface in the plane at scale 1, mm^2.
+    """
+
+    speckle_mm: Floats
+    chart_scale: Floats
+    texels_per_mm: float
+    area: float
+
+
+def texture_density(mesh: TexturedMesh, chart: Chart) -> float:
+    """Texels per pixel of a chart, median by area on the surface."""
+    _, gradients = texel_map(mesh, chart)
+    area = chart_distortion(mesh.vertices, chart).area
+    return weighted_quantile(texels_per_px(gradients), area, 0.5)
+
+
+def measure_pattern(mesh: TexturedMesh, piece: Piece, plane: Floats) -> Pattern:
+    """Measure the speckle of a mesh in tiles of trial pictures.
+
+    Each trial changes the scale until a speckle is several pixels wide or the texture
+    has no more detail to give.
+
+    Parameters
+    ----------
+    mesh : TexturedMesh
+    piece : Piece
+    plane : (N, 2)
+        mm, median scale 1.
+
+    Raises
+    ------
+    DataError
+        If the texture shows no pattern.
+    """
+    finest = texture_density(mesh, chart_at_scale(piece, plane, px_per_mm=1.0))
+    if not finest > 0:
+        raise DataError(
+            f"{mesh.name}: expected texture coordinates that span an area, got single points: "
+            "export the mesh with its UV map"
+        )
+    extent = float(np.ptp(plane, axis=0).min())
+    coarsest = min(2.0 * TILE / max(extent, 1e-300), finest)
+    px_per_mm = max(finest / 4.0, coarsest)
+    pattern = None
+    for _ in range(PROBES):
+        pattern = _probe(mesh, chart_at_scale(piece, plane, px_per_mm=px_per_mm), finest)
+        if not np.isfinite(pattern.speckle_mm).any():
+            wanted = coarsest
+        else:
+            shown = float(np.nanmedian(pattern.speckle_mm * pattern.chart_scale)) * px_per_mm
+            if SHARP <= shown <= BLURRED:
+                break
+            wanted = px_per_mm * np.clip(6.0 / shown, 0.25, 4.0)
+        wanted = float(np.clip(wanted, coarsest, finest))
+        if wanted == px_per_mm:
+            break
+        px_per_mm = wanted
+    if pattern is None or not np.isfinite(pattern.speckle_mm).any():
+        raise DataError(
+            f"{mesh.name}: expected a pattern, got a texture that is uniform where the mesh "
+            "uses it: check that it is the right picture"
+        )
+    return pattern
+
+
+def _probe(mesh: TexturedMesh, chart: Chart, finest: float) -> Pattern:
+    height, width = (max(size, TILE) for size in picture_shape(chart))
+    px, faces = np.ascontiguousarray(chart.vertex_px), np.ascontiguousarray(chart.faces)
+    triangle, _, _ = rasterise(px, faces, chart_handedness(chart), height, width)
+    mask = triangle >= 0
+    tiles = choose_tiles(mask)
+    wanted = np.zeros_like(mask)
+    for row, col in tiles:
+        wanted[row : row + TILE, col : col + TILE] = True
+    rows, cols = np.nonzero(wanted & mask)
+    points = np.stack([cols, rows], axis=1).astype(np.float64)
+    hints = triangle[rows, cols].astype(np.int64)
+    grey = np.zeros((height, width), np.float32)
+    grey[rows, cols], _ = prepare_shader(mesh, chart).shade(points, np.eye(2)[None], hints)
+    scale = local_scale(chart_distortion(mesh.vertices, chart))
+    local = np.array(
+        [np.nanmedian(scale[_tile(triangle, tile)[_tile(mask, tile)]]) for tile in tiles]
+    )
+    widths = tile_widths(grey, mask, tiles)
+    area = int(mask.sum()) / chart.px_per_mm**2
+    return Pattern(widths / local, local / chart.px_per_mm, finest, area)
+
+
+def _tile(picture: Floats, tile: Floats) -> Floats:
+    row, col = tile
+    return picture[row : row + TILE, col : col + TILE]
+
+
+def choose_scale(
+    pattern: Pattern,
+    plane: Floats,
+    *,
+    speckle_px: float,
+    max_megapixels: float,
+    px_per_mm: float | None,
+) -> tuple[float, str]:
+    """Choose the scale of a calibrated image.
+
+    Parameters
+    ----------
+    pattern : Pattern
+    plane : (N, 2)
+        mm, median scale 1.
+    speckle_px : float
+        Wanted size of a speckle.
+    max_megapixels : float
+        Of the whole picture.
+    px_per_mm : float or None
+        A scale that somebody asked for; None chooses.
+
+    Returns
+    -------
+    px_per_mm : float
+    reason : str
+        For people.
+    """
+    finest = float(np.sqrt(1e6 * max_megapixels / max(np.ptp(plane, axis=0).prod(), 1e-300)))
+    if px_per_mm is not None:
+        if px_per_mm <= finest:
+            return px_per_mm, f"{px_per_mm:.4g} px/mm as asked"
+        return finest, (
+            f"{finest:.4g} px/mm: the {px_per_mm:.4g} px/mm asked for would make more than "
+            f"flatten.max_megapixels = {max_megapixels:g}"
+        )
+    scale, reason = _by_speckle(pattern, speckle_px)
+    across = float(np.sqrt(pattern.area))
+    if scale * across < LEAST_ACROSS:
+        scale, reason = LEAST_ACROSS / across, f"about {LEAST_ACROSS:.0f} px across the surface"
+    if scale > pattern.texels_per_mm:
+        scale, reason = pattern.texels_per_mm, "one pixel per texel, the texture has no more"
+    if scale > finest:
+        scale, reason = finest, f"flatten.max_megapixels = {max_megapixels:g} allows no more"
+    return scale, f"{scale:.4g} px/mm: {reason}"
+
+
+def _by_speckle(pattern: Pattern, speckle_px: float) -> tuple[float, str]:
+    known = np.isfinite(pattern.speckle_mm)
+    shown = pattern.speckle_mm[known] * pattern.chart_scale[known]
+    median, small = np.quantile(shown, [0.5, 0.05])
+    size = float(np.median(pattern.speckle_mm[known]))
+    scale = speckle_px / median
+    if small * scale < LEAST_SPECKLE:
+        finer = scale * min(LEAST_SPECKLE / (small * scale), MOST_FINER)
+        return finer, (
+            f"a speckle of {size:.3g} mm shows {median * finer:.2g} px wide, refined so that "
+            f"it has {small * finer:.2g} px where the map shrinks the surface most"
+        )
+    return scale, f"a speckle of {size:.3g} mm shows {speckle_px:g} px wide"

@@ -1,0 +1,215 @@
+"""Grey of a flattened surface, read from its textures once."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats, Greys, Ints
+from shapemorph.core.image import Chart
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.kernels import texture as kernel
+from shapemorph.methods.distortion import weighted_quantile
+from shapemorph.methods.surface_lookup import ChartIndex, index_chart
+
+LEVELS = 8
+UNHINTED = np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TextureStack:
+    """Textures as spline coefficients at several reductions, in one flat array.
+
+    Attributes
+    ----------
+    texels : (T,) float32
+    table : (textures * levels, 3) int64
+        Offset, height, width.
+    base : int
+        Times that the first level is reduced already.
+    repeats : (textures,) int64
+        1 where the texture is continued periodically.
+    """
+
+    texels: Greys
+    table: Ints
+    base: int
+    repeats: Ints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shader:
+    """Everything that reading grey on a chart needs.
+
+    Attributes
+    ----------
+    index : ChartIndex
+    corner_values : (M, 3, 2) float64
+    gradients : (M, 2, 2) float64
+    textures : (M,) int64
+    stack : TextureStack
+        See :func:`shapemorph.kernels.texture.shade`.
+    """
+
+    index: ChartIndex
+    corner_values: Floats
+    gradients: Floats
+    textures: Ints
+    stack: TextureStack
+
+    def shade(
+        self, points: Floats, footprints: Floats, hints: Ints = UNHINTED
+    ) -> tuple[Greys, Ints]:
+        """Average the grey over parallelograms around points of the chart.
+
+        Parameters
+        ----------
+        points : (N, 2)
+            px of the chart.
+        footprints : (N, 2, 2) or (1, 2, 2)
+            Sides of the parallelograms in their columns, px.
+        hints : (N,) or (0,)
+            Triangles under the points where known.
+
+        Returns
+        -------
+        grey : (N,)
+            NaN off the chart.
+        triangle : (N,)
+            -1 off the chart.
+        """
+        stack = self.stack
+        return kernel.shade(
+            points,
+            footprints,
+            hints,
+            *self.index.arguments,
+            self.corner_values,
+            self.gradients,
+            self.textures,
+            stack.texels,
+            stack.table,
+            stack.base,
+            stack.repeats,
+        )
+
+
+def prepare_shader(mesh: TexturedMesh, chart: Chart) -> Shader:
+    """Gather what reading grey on a chart needs.
+
+    Memory is one copy of the textures as float32, at the finest reduction that most of
+    the chart calls for, and a third on top.
+    """
+    values, gradients = texel_map(mesh, chart)
+    if not mesh.has_texture:
+        none = np.zeros((0, 3), dtype=np.int64)
+        stack = TextureStack(np.zeros(0, np.float32), none, 0, np.zeros(0, np.int64))
+        textures = np.zeros(len(chart.faces), dtype=np.int64)
+        return Shader(index_chart(chart), values, gradients, textures, stack)
+    base = _coarsest_useful(chart, gradients)
+    textures = np.ascontiguousarray(mesh.face_texture[chart.face_ids])
+    return Shader(index_chart(chart), values, gradients, textures, stack_textures(mesh, base))
+
+
+def texel_map(mesh: TexturedMesh, chart: Chart) -> tuple[Floats, Floats]:
+    """Map the triangles of a chart into their textures.
+
+    Returns
+    -------
+    corner_values : (M, 3, 2)
+        Texel coordinates (x, y) of every corner, texel centres at integers; the grey
+        of the corner, twice, for meshes without textures.
+    gradients : (M, 2, 2)
+        d texel / d px; for meshes without textures, one texel is the distance between
+        corners. Zero where the triangle has no area.
+    """
+    if not mesh.has_texture:
+        grey = mesh.corner_grey[chart.face_ids]
+        spacing = np.sqrt(2.0 * np.abs(_areas(chart.corner_px)))
+        with np.errstate(divide="ignore"):
+            density = np.where(spacing > 0, 1.0 / spacing, 0.0)
+        return np.stack([grey, grey], axis=2), density[:, None, None] * np.eye(2)
+    sizes = np.array([picture.shape for picture in mesh.textures])[mesh.face_texture]
+    height, width = (sizes[chart.face_ids][:, axis][:, None] for axis in (0, 1))
+    uv = mesh.wedge_uv[chart.face_ids]
+    texels = np.stack([uv[..., 0] * width - 0.5, (1.0 - uv[..., 1]) * height - 0.5], axis=2)
+    return texels, _gradients(chart.corner_px, texels)
+
+
+def _areas(corners: Floats) -> Floats:
+    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    areas: Floats = 0.5 * (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    return areas
+
+
+def _gradients(source: Floats, target: Floats) -> Floats:
+    """Find the matrix of the affine map between triangles, zero where it has none."""
+    one, other = source[:, 1] - source[:, 0], source[:, 2] - source[:, 0]
+    to_one, to_other = target[:, 1] - target[:, 0], target[:, 2] - target[:, 0]
+    twice = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along_x = (to_one * other[:, 1:] - to_other * one[:, 1:]) / twice[:, None]
+        along_y = (to_other * one[:, :1] - to_one * other[:, :1]) / twice[:, None]
+    gradients = np.stack([along_x, along_y], axis=2)
+    return np.where(np.isfinite(gradients), gradients, 0.0)
+
+
+def texels_per_px(gradients: Floats) -> Floats:
+    """Density of a texture under each triangle: square root of texels per px^2, (M,)."""
+    density: Floats = np.sqrt(np.abs(np.linalg.det(gradients)))
+    return density
+
+
+def _coarsest_useful(chart: Chart, gradients: Floats) -> int:
+    """Find how often textures may be halved before 5 % of the picture would notice."""
+    areas = np.abs(_areas(chart.corner_px))
+    density = weighted_quantile(texels_per_px(gradients), areas, 0.05)
+    return max(int(np.floor(np.log2(max(density, 1e-9) / kernel.SAMPLES))) + 1, 0)
+
+
+def stack_textures(mesh: TexturedMesh, base: int) -> TextureStack:
+    """Reduce all textures of a mesh and turn them into spline coefficients."""
+    repeats = np.array([_leaves_the_picture(mesh, index) for index in range(len(mesh.textures))])
+    levels = [
+        level
+        for picture, again in zip(mesh.textures, repeats, strict=True)
+        for level in reduced_coefficients(picture, base=base, levels=LEVELS, repeats=int(again))
+    ]
+    return TextureStack(
+        np.concatenate([level.ravel() for level in levels]),
+        level_table(levels),
+        base,
+        repeats.astype(np.int64),
+    )
+
+
+def level_table(levels: list[Greys]) -> Ints:
+    """List offset, height and width of pictures that lie in one flat array."""
+    sizes = np.array([level.size for level in levels])
+    offsets = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    shapes = np.array([level.shape for level in levels])
+    return np.column_stack([offsets, shapes]).astype(np.int64)
+
+
+def reduced_coefficients(picture: Greys, *, base: int, levels: int, repeats: int) -> list[Greys]:
+    """Halve a picture again and again and turn each level into spline coefficients."""
+    reduced = np.ascontiguousarray(picture, dtype=np.float32)
+    for _ in range(base):
+        reduced = kernel.reduce_by_two(reduced)
+    stack = []
+    for _ in range(levels):
+        coefficients = reduced.copy()
+        kernel.to_coefficients(coefficients, repeats)
+        stack.append(coefficients)
+        reduced = kernel.reduce_by_two(reduced)
+    return stack
+
+
+def _leaves_the_picture(mesh: TexturedMesh, index: int) -> bool:
+    """Whether some face asks for texture beyond the picture by more than a texel."""
+    uv = mesh.wedge_uv[mesh.face_texture == index]
+    if len(uv) == 0:
+        return False
+    height, width = mesh.textures[index].shape
+    slack = np.array([1.0 / width, 1.0 / height])
+    low, high = uv.min(axis=(0, 1)), uv.max(axis=(0, 1))
+    return bool((low < -slack).any() or (high > 1 + slack).any())

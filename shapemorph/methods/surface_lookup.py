@@ -1,0 +1,164 @@
+"""From places in a flattened picture to places on the mesh, exactly."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Floats, Greys, Ints
+from shapemorph.core.image import CalibratedImage, Chart, SurfacePoints
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.kernels import locate as locate_kernel
+from shapemorph.methods.distortion import chart_handedness
+
+TRIANGLES_PER_CELL = 1.0
+ROUND_OFF = 64 * np.finfo(np.float64).eps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChartIndex:
+    """A chart with its triangles sorted into a grid of buckets.
+
+    Attributes
+    ----------
+    px, faces, sign, grid, cols, starts, items
+        Arguments of :func:`shapemorph.kernels.locate.locate`.
+    """
+
+    px: Floats
+    faces: Ints
+    sign: float
+    grid: Floats
+    cols: int
+    starts: Ints
+    items: Ints
+
+    @property
+    def arguments(self) -> tuple[Floats, Ints, float, Floats, int, Ints, Ints]:
+        """What the kernels ask for, in their order."""
+        return (self.px, self.faces, self.sign, self.grid, self.cols, self.starts, self.items)
+
+
+def index_chart(chart: Chart) -> ChartIndex:
+    """Sort the triangles of a chart into buckets of a few each.
+
+    Triangles that lie upside down are left out. Points that round-off carries over the
+    border (64 units in the last place of the largest coordinate) still count as inside.
+    """
+    low, high = chart.vertex_px.min(axis=0), chart.vertex_px.max(axis=0)
+    extent = high - low
+    cells = max(len(chart.faces) / TRIANGLES_PER_CELL, 1.0)
+    size = max(float(np.sqrt(extent.prod() / cells)), float(extent.max()) / 8192, 1e-300)
+    cols, rows = (np.floor(extent / size).astype(int) + 1).tolist()
+    slack = ROUND_OFF * float(np.abs(chart.vertex_px).max())
+    px, faces = np.ascontiguousarray(chart.vertex_px), np.ascontiguousarray(chart.faces)
+    sign, grid = chart_handedness(chart), np.array([low[0], low[1], size, slack])
+    starts, items = locate_kernel.fill_buckets(px, faces, sign, grid, rows, cols)
+    return ChartIndex(px, faces, sign, grid, cols, starts, items)
+
+
+def locate(image: CalibratedImage, points_px: Floats) -> SurfacePoints:
+    """Find the place on the mesh under points of a calibrated image.
+
+    Parameters
+    ----------
+    image : CalibratedImage
+    points_px : (N, 2)
+        (x, y) in px, anywhere; NaN is off the surface.
+
+    Returns
+    -------
+    SurfacePoints
+        Face -1 and NaN weights off the surface.
+    """
+    chart = image.chart
+    points = np.ascontiguousarray(points_px, dtype=np.float64)
+    triangle, pair = locate_kernel.locate(*index_chart(chart).arguments, points)
+    return SurfacePoints(_mesh_faces(chart, triangle), _three_weights(pair))
+
+
+def pixel_points(image: CalibratedImage) -> SurfacePoints:
+    """Give the place on the mesh of every pixel, row by row (H * W points)."""
+    triangle = image.triangle.ravel().astype(np.int64)
+    return SurfacePoints(
+        _mesh_faces(image.chart, triangle), _three_weights(image.barycentric.reshape(-1, 2))
+    )
+
+
+def _mesh_faces(chart: Chart, triangle: Ints) -> Ints:
+    return np.where(triangle >= 0, chart.face_ids[triangle], -1)
+
+
+def _three_weights(pair: Floats) -> Floats:
+    return np.stack([1.0 - pair[:, 0] - pair[:, 1], pair[:, 0], pair[:, 1]], axis=1)
+
+
+def positions(mesh: TexturedMesh, points: SurfacePoints) -> Floats:
+    """Give the positions of points on a mesh.
+
+    Returns
+    -------
+    (N, 3)
+        mm, in the frame of the mesh; NaN off the surface.
+    """
+    corners = mesh.vertices[mesh.faces[points.face]]
+    placed: Floats = np.einsum("nk,nkd->nd", points.barycentric, corners)
+    return placed
+
+
+def project(image: CalibratedImage, points: SurfacePoints) -> Floats:
+    """Give the place in a calibrated image of points on its mesh.
+
+    Returns
+    -------
+    (N, 2)
+        px; NaN for points whose face the chart does not hold.
+    """
+    chart = image.chart
+    of_face = np.full(max(int(chart.face_ids.max()), int(points.face.max())) + 2, -1)
+    of_face[chart.face_ids] = np.arange(len(chart.face_ids))
+    triangle = of_face[points.face]
+    placed = np.einsum("nk,nkd->nd", points.barycentric, chart.corner_px[triangle])
+    placed[triangle < 0] = np.nan
+    return placed
+
+
+def pixel_positions(mesh: TexturedMesh, image: CalibratedImage) -> Floats:
+    """Give the position of every pixel of a calibrated image.
+
+    Returns
+    -------
+    (H, W, 3)
+        mm, in the frame of the mesh; NaN outside the mask.
+    """
+    placed = np.full((*image.image.shape, 3), np.nan)
+    mask = image.triangle >= 0
+    triangle, pair = image.triangle[mask].astype(np.int64), image.barycentric[mask]
+    points = SurfacePoints(_mesh_faces(image.chart, triangle), _three_weights(pair))
+    placed[mask] = positions(mesh, points)
+    return placed
+
+
+def grey_at(mesh: TexturedMesh, image: CalibratedImage, points_px: Floats) -> tuple[Greys, Bools]:
+    """Read the grey under points of a calibrated image straight from the texture.
+
+    One interpolation, averaged over a square of 1 px around each point: at a pixel
+    centre it is the grey of that pixel.
+
+    Parameters
+    ----------
+    mesh : TexturedMesh
+    image : CalibratedImage
+        Of that mesh.
+    points_px : (N, 2)
+
+    Returns
+    -------
+    grey : (N,)
+        NaN off the surface.
+    inside : (N,)
+    """
+    from shapemorph.methods.shading import prepare_shader
+
+    points = np.ascontiguousarray(points_px, dtype=np.float64)
+    grey, triangle = prepare_shader(mesh, image.chart).shade(points, np.eye(2)[None])
+    return grey, triangle >= 0
