@@ -247,6 +247,25 @@ def synthesize(
 
 
 @app.command
+def compare(run_folder: Path, truth: Path, /, *, say: Say = SAY) -> int:
+    """Print the errors of a run against the truth of the synthetic pair that it measured.
+
+    Parameters
+    ----------
+    run_folder
+        Directory of the run.
+    truth
+        truth.npz, or the directory that holds it.
+    """
+    from shapemorph.pipeline.compare import compare as compare_run
+    from shapemorph.pipeline.compare import comparison_lines
+
+    found = compare_run(run_folder, truth)
+    show_json(found) if say.json else show("\n".join(comparison_lines(found)))
+    return 0
+
+
+@app.command
 def init(path: Path = Path("shapemorph.yaml"), /, *, say: Say = SAY) -> int:  # noqa: ARG001
     """Write a configuration with every default and what it means.
 

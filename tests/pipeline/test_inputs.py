@@ -1,0 +1,132 @@
+"""Inputs: fingerprints follow content, units and regions come out in mm."""
+
+import shutil
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from shapemorph.config import RegionConfig, RunConfig
+from shapemorph.core.errors import ConfigError, DataError
+from shapemorph.core.mesh import textured_mesh
+from shapemorph.io.images import write_grey_png
+from shapemorph.io.mesh_writers import write_mesh
+from shapemorph.pipeline.inputs import Inputs, check_sizes, region_in_mm
+
+
+def _write_mesh(folder, scale=1.0, seed=0):
+    """A square of 6 x 5 vertices with a random texture, 12 mm wide times `scale`."""
+    rows, columns = np.mgrid[0:5, 0:6]
+    uv = np.stack([columns / 5, rows / 4], axis=-1).reshape(-1, 2)
+    vertices = np.column_stack([12.0 * uv[:, 0], 10.0 * uv[:, 1], uv[:, 0] * uv[:, 1]])
+    corner = (6 * np.arange(4)[:, None] + np.arange(5)).ravel()
+    lower = np.column_stack([corner, corner + 1, corner + 6])
+    upper = np.column_stack([corner + 1, corner + 7, corner + 6])
+    faces = np.concatenate([lower, upper])
+    texture = np.random.default_rng(seed).random((32, 40), dtype="f4")
+    face_texture = np.zeros(len(faces), int)
+    mesh = textured_mesh(vertices * scale, faces, uv[faces], face_texture, (texture,), name="m")
+    folder.mkdir(parents=True, exist_ok=True)
+    write_mesh(folder / "mesh.obj", mesh)
+    return folder / "mesh.obj"
+
+
+def _inputs(reference, deformed, **more):
+    document = {"inputs": {"reference": str(reference), "deformed": str(deformed), **more}}
+    return Inputs(RunConfig.model_validate(document))
+
+
+@pytest.fixture
+def pair(tmp_path):
+    return _write_mesh(tmp_path / "a"), _write_mesh(tmp_path / "b", seed=1)
+
+
+def test_a_fingerprint_is_of_content_wherever_it_lies(pair, tmp_path):
+    shutil.copytree(pair[0].parent, tmp_path / "copy")
+    moved = _inputs(tmp_path / "copy" / "mesh.obj", pair[1])
+    assert moved.fingerprint("reference") == _inputs(*pair).fingerprint("reference")
+    assert moved.fingerprint("reference") != moved.fingerprint("deformed")
+
+
+@pytest.mark.parametrize("suffix", [".png", ".mtl", ".obj"])
+def test_every_file_of_a_mesh_counts(pair, suffix):
+    before = _inputs(*pair)
+    marks = before.fingerprint("reference"), before.fingerprint("reports")
+    file = pair[0].with_suffix(suffix)
+    file.write_bytes(file.read_bytes() + b"\n#\n")
+    after = _inputs(*pair)
+    assert after.fingerprint("reference") != marks[0]
+    assert after.fingerprint("reports") != marks[1]
+    assert after.fingerprint("deformed") == before.fingerprint("deformed")
+
+
+def test_a_picture_that_nobody_names_does_not_count(pair):
+    before = _inputs(*pair).fingerprint("reference")
+    (pair[0].parent / "holiday.png").write_bytes(b"")
+    assert _inputs(*pair).fingerprint("reference") == before
+
+
+def test_the_unit_counts_and_its_override_only_for_its_side(pair):
+    plain, other = _inputs(*pair), _inputs(*pair, deformed_units="cm")
+    assert plain.fingerprint("reference") == other.fingerprint("reference")
+    assert plain.fingerprint("deformed") != other.fingerprint("deformed")
+
+
+def test_lengths_come_out_in_mm_for_any_unit(pair):
+    assert_allclose(_inputs(*pair, units="cm").load("reference").size, 10 * 15.65248, rtol=1e-5)
+
+
+def test_sizes_in_different_units_name_the_keys(tmp_path):
+    pair = _write_mesh(tmp_path / "a"), _write_mesh(tmp_path / "b", scale=0.1)
+    with pytest.raises(ConfigError, match=r"as between mm and cm.*inputs\.reference_units"):
+        _inputs(*pair).load("reports")
+    reports = _inputs(*pair, deformed_units="cm").load("reports")
+    assert_allclose(reports.reference_size, reports.deformed_size, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "hint"),
+    [(9.0, "mm and cm"), (24.0, "mm and in"), (0.01, "cm and m"), (1200.0, "mm and m")],
+)
+def test_the_nearest_pair_of_units_is_suggested(ratio, hint):
+    with pytest.raises(ConfigError, match=f"as between {hint}\\)"):
+        check_sizes(10.0, 10.0 * ratio)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 1.0, 4.5])
+def test_a_balloon_may_grow(ratio):
+    check_sizes(70.0, 70.0 * ratio)
+
+
+def test_what_is_not_given_is_none_and_missing_files_are_data_errors(pair, tmp_path):
+    inputs = _inputs(*pair)
+    assert inputs.load("landmarks") is None
+    assert inputs.load("region") is None
+    with pytest.raises(DataError, match=r"absent\.csv does not exist"):
+        _inputs(*pair, landmarks=str(tmp_path / "absent.csv")).files()
+    with pytest.raises(ConfigError, match=r"inputs\.deformed is empty"):
+        Inputs(RunConfig.model_validate({"inputs": {"reference": str(pair[0])}})).files()
+
+
+def test_a_region_is_in_mm_and_its_mask_is_white_where_measured(tmp_path):
+    grey = np.zeros((4, 7), "f4")
+    grey[1, 5] = 1.0
+    write_grey_png(tmp_path / "m.png", grey, np.ones((4, 7), bool))
+    config = RegionConfig(
+        polygon=[(0, 0), (3, 0), (3, 2)], mask=tmp_path / "m.png", centre=(1, 2, 3), radius=0.5
+    )
+    region = region_in_mm(config, 25.4)
+    assert_allclose(region.centre, [25.4, 50.8, 76.2])
+    assert region.radius == pytest.approx(12.7)
+    assert region.polygon.shape == (3, 2)
+    assert np.argwhere(region.mask).tolist() == [[1, 5]]
+
+
+def test_the_content_of_a_mask_counts_not_its_place(pair, tmp_path):
+    def mark(name, level):
+        grey = np.full((4, 4), level, "f4")
+        write_grey_png(tmp_path / name, grey, np.ones((4, 4), bool))
+        return _inputs(*pair, region={"mask": str(tmp_path / name)}).fingerprint("region")
+
+    assert mark("a.png", 0.9) == mark("b.png", 0.9)
+    assert mark("a.png", 0.9) != mark("c.png", 0.1)
