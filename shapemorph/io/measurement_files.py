@@ -90,7 +90,7 @@ def read_vtp(path: Path) -> tuple[Measurement, dict[str, str]]:
         raise DataError(f"{path} holds no measurement: expected PolyData with deformed_position")
     arrays = {name: np.asarray(surface.point_data[name]) for name in surface.point_data}
     fields = {name: str(surface.field_data[name][0]) for name in surface.field_data}
-    cells = surface.regular_faces if surface.n_cells else np.zeros((0, 4))
+    cells = surface.regular_faces.reshape(-1, 4)
     points = np.asarray(surface.points, dtype=np.float64)
     return Measurement(points, np.asarray(cells, dtype=np.int64), arrays), fields
 

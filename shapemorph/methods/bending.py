@@ -72,7 +72,7 @@ def normal_bend(terms: Floats) -> Floats:
 
 def _root(metric: Floats) -> Floats:
     """Square root of symmetric positive 2 x 2 matrices."""
-    root = np.sqrt(np.linalg.det(metric))
+    root = np.sqrt(_determinant(metric))
     trace = metric[:, 0, 0] + metric[:, 1, 1]
     scale = np.sqrt(trace + 2 * root)[:, None, None]
     result: Floats = (metric + root[:, None, None] * np.eye(2)) / scale
@@ -81,8 +81,14 @@ def _root(metric: Floats) -> Floats:
 
 def _invertible(metric: Floats) -> Floats:
     """Put the identity where a fit has failed, so that the others can be solved at once."""
-    sound = np.isfinite(metric).all(axis=(1, 2)) & (np.linalg.det(metric) > 0)
+    sound = _determinant(metric) > 0
     return np.where(sound[:, None, None], metric, np.eye(2))
+
+
+def _determinant(metric: Floats) -> Floats:
+    """Determinant of 2 x 2 matrices, NaN where they are."""
+    determinant: Floats = metric[:, 0, 0] * metric[:, 1, 1] - metric[:, 0, 1] * metric[:, 1, 0]
+    return determinant
 
 
 def _pairs(curvature: Floats) -> Floats:

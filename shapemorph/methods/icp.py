@@ -11,7 +11,8 @@ from shapemorph.core.transform import RigidTransform
 from shapemorph.methods.open3d_import import import_open3d
 
 _TUKEY = 4.685  # standard deviations at which Tukey's weight reaches zero
-_LEVELS = 2  # the second knows the scatter that the first has left
+_LEVELS = 6  # each knows the scatter that the one before has left
+_SETTLED = 1e-9  # relative change of the residual at which a level ends
 _FREE = 1e-4  # of the stiffest direction: below it the surface lets the motion slide
 _DECIMALS = 10  # threads add up in any order; agreement ends well behind this digit
 
@@ -60,8 +61,9 @@ def fit_icp(
     reach : float
         Largest distance between partners, mm.
     iterations : int
-        Most steps at each of two levels; the second weighs with Tukey's function scaled
-        by the scatter (median) that the first has left.
+        Most steps at each level. Weights are Tukey's, scaled by the scatter (median) that
+        the level before has left; a region of which more than a tenth has moved away as
+        one piece can still pull the fit towards it.
 
     Returns
     -------
@@ -113,7 +115,7 @@ def _registered(
         surface.reach,
         matrix,
         registration.TransformationEstimationPointToPlane(registration.TukeyLoss(scale)),
-        registration.ICPConvergenceCriteria(0.0, 0.0, iterations),
+        registration.ICPConvergenceCriteria(_SETTLED, _SETTLED, iterations),
     )
     return _proper(np.asarray(result.transformation))
 

@@ -27,16 +27,15 @@ def fit_operators(terms: Floats, inside: Bools, *, worst_condition: float) -> Fl
     used = terms * inside[:, :, None]
     across = np.swapaxes(used, 1, 2)
     normal = across @ used
-    sound = _condition(normal) <= worst_condition
+    sound = _is_settled(normal, worst_condition)
     normal[~sound] = np.eye(terms.shape[2])
     operators = np.asarray(np.linalg.solve(normal, across), dtype=np.float64)
     operators[~sound] = np.nan
     return operators
 
 
-def _condition(normal: Floats) -> Floats:
-    """Condition number of each symmetric matrix, infinite where singular."""
+def _is_settled(normal: Floats, worst_condition: float) -> Bools:
+    """Whether the condition number of each symmetric matrix is small enough."""
     values = np.linalg.eigvalsh(normal)
-    smallest = np.maximum(values[:, 0], np.finfo(float).tiny)
-    condition: Floats = values[:, -1] / smallest
-    return condition
+    settled: Bools = (values[:, 0] > 0) & (values[:, -1] <= worst_condition * values[:, 0])
+    return settled

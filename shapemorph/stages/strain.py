@@ -127,7 +127,8 @@ def _carriers(fit: TangentFit, windows: Windows, metric: Floats, grid: Correlati
     matched = grid.deformed_px.reshape(-1, 2)
     relative = matched[windows.neighbours] - matched[windows.centres][:, None]
     px_per_mm = fit.slopes @ np.where(windows.inside[:, :, None], relative, 0.0)
-    sound = np.isfinite(px_per_mm).all(axis=(1, 2)) & (np.linalg.det(px_per_mm) != 0)
+    turns = px_per_mm[:, 0, 0] * px_per_mm[:, 1, 1] - px_per_mm[:, 0, 1] * px_per_mm[:, 1, 0]
+    sound = np.isfinite(turns) & (turns != 0)
     mm_per_px = np.full_like(px_per_mm, np.nan)
     mm_per_px[sound] = np.linalg.inv(px_per_mm[sound])
     return metric @ np.swapaxes(mm_per_px, 1, 2)
