@@ -86,7 +86,7 @@ def _invertible(metric: Floats) -> Floats:
 
 
 def _determinant(metric: Floats) -> Floats:
-    """Determinant of 2 x 2 matrices, NaN where they are."""
+    """Multiply out the determinant of 2 x 2 matrices, NaN where they are."""
     determinant: Floats = metric[:, 0, 0] * metric[:, 1, 1] - metric[:, 0, 1] * metric[:, 1, 0]
     return determinant
 
