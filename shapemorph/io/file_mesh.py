@@ -6,8 +6,12 @@ from typing import Literal
 import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys, Ints
+from shapemorph.core.errors import DataError
 
 Wrap = Literal["repeat", "mirror", "clamp"]
+
+_FARTHEST = 1e30  # squares and products of lengths must stay finite
+_SMALLEST = 1e-30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +83,42 @@ class FileMesh:
             face_texture=self.face_texture[rows] if self.textures else self.face_texture,
             corner_grey=self.corner_grey if self.textures else self.corner_grey[rows],
         )
+
+
+def check_positions(vertices: Floats, rows: Ints, *, name: str) -> None:
+    """Refuse positions that no cleaning can mend, among those that faces refer to.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+    rows : (N,)
+        Vertices of all corners.
+    name : str
+        What messages call the file.
+
+    Raises
+    ------
+    DataError
+        If a row does not exist, or a position is not finite, or all are one point.
+    """
+    if len(rows) == 0:
+        raise DataError(f"{name}: expected faces of three or more corners, got none")
+    low, high = int(rows.min()), int(rows.max())
+    if low < 0 or high >= len(vertices):
+        raise DataError(
+            f"{name}: expected faces of vertices 0 to {len(vertices) - 1}, got "
+            f"{low if low < 0 else high}: the file is damaged, export it again"
+        )
+    used = vertices[rows]
+    lost = ~(np.abs(used) < _FARTHEST).all(axis=1)
+    if lost.any():
+        raise DataError(
+            f"{name}: expected finite positions, got NaN, infinity or a huge number in "
+            f"{len(np.unique(rows[lost]))} vertices (first: number {rows[np.argmax(lost)] + 1}): "
+            "remove them before the export"
+        )
+    if not np.ptp(used, axis=0).max() > _SMALLEST:
+        raise DataError(f"{name}: expected a surface with a size, got all vertices at one point")
 
 
 def bare_mesh(

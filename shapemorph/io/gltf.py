@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import DataError
-from shapemorph.io.file_mesh import FileMesh, Wrap, bare_mesh
+from shapemorph.io.file_mesh import FileMesh, Wrap, bare_mesh, check_positions
 from shapemorph.io.gltf_data import (
     GltfFile,
     children_of,
@@ -55,7 +55,8 @@ def read_gltf(path: Path) -> FileMesh:
     """
     file = open_gltf(path)
     try:
-        return _assembled(file, _all_parts(file))
+        with np.errstate(all="ignore"):  # what is not finite is refused by the checks
+            return _assembled(file, _all_parts(file))
     except DataError:
         raise
     except (KeyError, IndexError, TypeError, AttributeError, ValueError, OverflowError) as error:
@@ -131,11 +132,8 @@ def _part(file: GltfFile, primitive: Mapping[str, Any], matrix: Floats) -> _Part
     local = read_accessor(file, attributes["POSITION"]).astype(np.float64)
     vertices = local[:, :3] @ matrix[:3, :3].T + matrix[:3, 3]
     faces = _faces(file, primitive, len(vertices))
-    if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-        raise DataError(
-            f"{file.name}: expected faces of vertices 0 to {len(vertices) - 1}, got "
-            f"{faces.max()}: the file is damaged, export it again"
-        )
+    if len(faces):
+        check_positions(vertices, faces.ravel(), name=file.name)
     if np.linalg.det(matrix[:3, :3]) < 0:
         faces = faces[:, ::-1]
     uv, texture = _texture_coordinates(file, primitive, len(vertices))

@@ -21,6 +21,7 @@ PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".webp", "
 _MAX_PIXELS = 1 << 30
 _MAX_PIXELS_PER_BYTE = 5000  # the best that deflate or run lengths do on real formats
 _ROWS_AT_ONCE = 512
+_TIFF_MARKS = (b"II", b"MM")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,7 +144,9 @@ def _stored_values(data: bytes, name: str) -> tuple[np.ndarray[Any, Any], tuple[
                 picture.load()
                 frames = int(getattr(picture, "n_frames", 1))
                 array = _pillow_array(picture)
-        except UnidentifiedImageError:
+        except UnidentifiedImageError as error:
+            if data[:2] not in _TIFF_MARKS:
+                raise _damaged(name, error) from None
             return _opencv_array(data, name), ()
         except DataError:
             raise

@@ -1,6 +1,7 @@
 """Any mesh file to one clean textured surface in mm."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -66,7 +67,6 @@ def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
     if unit not in MM_PER_UNIT:
         raise ConfigError(f"expected a unit of {', '.join(MM_PER_UNIT)}, got {unit!r}")
     loose = _with_pattern_only(_reader(path)(path), path.name)
-    _check_geometry(loose, path.name)
     try:
         surface = clean_surface(
             loose.vertices, loose.faces, weld_tolerance=_WELD_TOLERANCE, flatness=_FLATNESS
@@ -111,32 +111,8 @@ def _with_pattern_only(mesh: FileMesh, name: str) -> FileMesh:
     return mesh.only(np.flatnonzero(~bare)).noted(note)
 
 
-def _check_geometry(mesh: FileMesh, name: str) -> None:
-    """Refuse what no cleaning can mend."""
-    low, high = int(mesh.faces.min()), int(mesh.faces.max())
-    if low < 0 or high >= len(mesh.vertices):
-        raise DataError(
-            f"{name}: expected faces of vertices 0 to {len(mesh.vertices) - 1}, got {low} to "
-            f"{high}: the file is damaged, export it again"
-        )
-    used = mesh.vertices[mesh.faces.ravel()]
-    lost = ~np.isfinite(used).all(axis=1)
-    if lost.any():
-        vertex = int(mesh.faces.ravel()[np.argmax(lost)])
-        raise DataError(
-            f"{name}: expected finite positions, got NaN or infinity in "
-            f"{len(np.unique(mesh.faces.ravel()[lost]))} vertices (first: number {vertex + 1}): "
-            "remove them before the export"
-        )
-    extent = float(np.ptp(used, axis=0).max())
-    if not 0.0 < extent < 1e30:
-        raise DataError(f"{name}: expected a surface with a size, got an extent of {extent:.3g}")
-
-
 def _on_surface(mesh: FileMesh, surface: CleanSurface) -> FileMesh:
     """Carry texture or grey over to the cleaned faces, corner by corner."""
-    from dataclasses import replace
-
     moved = replace(mesh, vertices=surface.vertices, faces=surface.faces)
     if mesh.textures:
         return replace(

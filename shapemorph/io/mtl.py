@@ -1,5 +1,6 @@
 """Wavefront material files: which picture lies on which material."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -99,9 +100,12 @@ def _leading_numbers(text: str, missing: float) -> tuple[tuple[float, float], st
     while len(values) < 3:
         word, _, after = rest.partition(" ")
         try:
-            values.append(float(word))
+            number = float(word)
         except ValueError:
             break
+        if not math.isfinite(number):
+            break
+        values.append(number)
         rest = after.lstrip()
     padded = [*values, missing, missing]
     return (padded[0], padded[1]), rest

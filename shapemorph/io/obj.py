@@ -6,7 +6,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import DataError
-from shapemorph.io.file_mesh import FileMesh, Wrap, bare_mesh
+from shapemorph.io.file_mesh import FileMesh, Wrap, bare_mesh, check_positions
 from shapemorph.io.greys import grey_of
 from shapemorph.io.images import read_bytes
 from shapemorph.io.mtl import Material, read_materials
@@ -34,6 +34,7 @@ def read_obj(path: Path) -> FileMesh:
     vertices, colours = read_vertices(lines)
     uv = read_texture_coordinates(lines)
     polygons = read_polygons(lines)
+    check_positions(vertices, polygons.vertex, name=path.name)
     corners, polygon = triangulate(vertices[polygons.vertex], polygons.sizes)
     faces = polygons.vertex[corners]
     split = int((polygons.sizes > 3).sum())
@@ -121,7 +122,8 @@ def _with_materials(
         scale[k], offset[k] = material.scale, material.offset
         notes += [note] if note else []
     textures, decoding = load_textures(list(paths))
-    uv = wedge_uv * scale[face_name][:, None] + offset[face_name][:, None]
+    with np.errstate(over="ignore"):  # infinite ones are refused later
+        uv = wedge_uv * scale[face_name][:, None] + offset[face_name][:, None]
     clamped = any(m is not None and m.clamp for m in used)
     wrap: Wrap = "clamp" if clamped else "repeat"
     skinned = mesh.textured(uv, texture_of[face_name], textures, wrap)

@@ -6,7 +6,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import DataError
-from shapemorph.io.file_mesh import FileMesh, bare_mesh
+from shapemorph.io.file_mesh import FileMesh, bare_mesh, check_positions
 from shapemorph.io.greys import grey_of
 from shapemorph.io.images import read_bytes
 from shapemorph.io.ply_elements import Column, Table, read_elements
@@ -104,14 +104,9 @@ def _polygons(face: Table) -> Column | None:
 def _triangles(path: Path, vertices: Floats, column: Column) -> tuple[FileMesh, Ints, Ints]:
     """Triangles, the corner of the file that each of theirs is, and their polygon."""
     index = column.values.astype(np.int64)
-    if len(index) and (index.min() < 0 or index.max() >= len(vertices)):
-        wrong = index[(index < 0) | (index >= len(vertices))][0]
-        raise DataError(
-            f"{path.name}: expected faces of vertices 0 to {len(vertices) - 1}, got {wrong}: the "
-            "file is damaged, export it again"
-        )
     polygons = np.flatnonzero(column.counts >= 3)
     kept = np.flatnonzero(np.repeat(column.counts >= 3, column.counts))
+    check_positions(vertices, index[kept], name=path.name)
     corners, polygon = triangulate(vertices[index[kept]], column.counts[polygons])
     rows = kept[corners]
     split = int((column.counts > 3).sum())

@@ -104,7 +104,8 @@ class _TextBody:
         if np.issubdtype(kind, np.integer):
             limits = np.iinfo(kind)
             return np.clip(np.nan_to_num(taken), limits.min, limits.max).astype(kind)
-        return taken
+        with np.errstate(over="ignore"):  # too large for the type that the header names: inf
+            return taken.astype(kind)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -281,10 +282,10 @@ def _walk(
             count = 1 if count_type is None else body.integer(place, count_type)
             if count < 0:
                 raise DataError(f"{name}: expected a list length, got {count}: the file is damaged")
-            counts[row, k] = count
             place += skip + count * size
             if place > body.length:
                 raise _too_short(element, name)
+            counts[row, k] = count
     return starts, counts, place
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import DataError
-from shapemorph.io.file_mesh import FileMesh, bare_mesh
+from shapemorph.io.file_mesh import FileMesh, bare_mesh, check_positions
 from shapemorph.io.greys import grey_of
 from shapemorph.io.images import read_bytes
 from shapemorph.io.mtl import decode_text
@@ -56,9 +56,8 @@ def mesh_of_points(points: Floats, grey: Floats, *, name: str, file_format: str)
     points, grey = points[finite], grey[finite]
     if len(points) < 4:
         raise DataError(f"{name}: expected a cloud of at least 4 points, got {len(points)}")
+    check_positions(points, np.arange(len(points)), name=name)
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    if not 0.0 < diagonal < 1e30:
-        raise DataError(f"{name}: expected points with an extent, got one of {diagonal:.3g}")
     kept, _ = weld(points, tolerance=_SAME_POINT * diagonal)
     try:
         meshed = mesh_points(points[kept], steepest=_STEEPEST, reach=_REACH, least_used=_LEAST_USED)

@@ -11,6 +11,7 @@ from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.errors import DataError
 from shapemorph.methods.gluing import (
     boundary_loops,
+    crowding,
     euler_characteristic,
     face_areas,
     glue,
@@ -29,7 +30,7 @@ class CleaningCounts:
     welded_vertices, unreferenced_vertices, degenerate_faces, duplicate_faces : int
         Removed.
     non_manifold_faces : int
-        Cut loose at an edge with more than two faces.
+        Cut loose at an edge with more than two faces, or removed where that left a crowd.
     split_vertices : int
         Added where faces met at a vertex or a crowded edge without being neighbours.
     turned_faces : int
@@ -104,8 +105,8 @@ def clean_surface(
     """
     used, triangles = _only_used(len(vertices), faces)
     points = vertices[used]
-    kept, merged = weld(points, tolerance=_weld_distance(points, triangles, weld_tolerance))
-    points, triangles = points[kept], merged[triangles]
+    first, merged = weld(points, tolerance=_weld_distance(points, triangles, weld_tolerance))
+    points, triangles = points[first], merged[triangles]
 
     sound = np.flatnonzero(~degenerate(points, triangles, flatness=flatness))
     if len(sound) == 0:
@@ -114,22 +115,25 @@ def clean_surface(
             "lines: check what was exported"
         )
     fresh = sound[~repeated(triangles[sound])]
-    piece = _largest_piece(points, triangles[fresh])
+    kept, piece = fresh, _largest_piece(points, triangles[fresh])
+    while len(piece.crowding):
+        kept = np.delete(kept, piece.crowding)
+        piece = _largest_piece(points, triangles[kept])
     counts = CleaningCounts(
-        welded_vertices=len(used) - len(kept),
+        welded_vertices=len(used) - len(first),
         unreferenced_vertices=len(vertices) - len(used),
         degenerate_faces=len(faces) - len(sound),
         duplicate_faces=len(sound) - len(fresh),
-        non_manifold_faces=piece.non_manifold_faces,
+        non_manifold_faces=piece.loose_faces + len(fresh) - len(kept),
         split_vertices=len(piece.source) - len(np.unique(piece.source)),
         turned_faces=piece.turned_faces,
         one_sided_edges=piece.one_sided_edges,
         components=piece.components,
-        dropped_faces=len(fresh) - len(piece.faces),
+        dropped_faces=len(kept) - len(piece.faces),
         boundary_loops=boundary_loops(piece.faces),
         euler_characteristic=euler_characteristic(piece.faces),
     )
-    corners = 3 * fresh[piece.corners // 3] + piece.corners % 3
+    corners = 3 * kept[piece.corners // 3] + piece.corners % 3
     return CleanSurface(points[piece.source], piece.faces, corners, counts)
 
 
@@ -183,12 +187,16 @@ def repeated(faces: Ints) -> Bools:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Piece:
-    """The largest connected piece: its faces, where its vertices and corners come from."""
+    """The largest connected piece: its faces, where its vertices and corners come from.
+
+    `crowding` are the faces (as given) that must go before it is a manifold.
+    """
 
     faces: Ints
     source: Ints
     corners: Ints
-    non_manifold_faces: int
+    crowding: Ints
+    loose_faces: int
     turned_faces: int
     one_sided_edges: int
     components: int
@@ -207,12 +215,14 @@ def _largest_piece(vertices: Floats, faces: Ints) -> _Piece:
     rank = np.cumsum(keep) - 1
     inside = agreed[keep[agreed[:, 0] // 3]]
     side = np.where(flip[inside // 3], 2 - inside % 3, inside % 3)
-    separated, source = separate(faces.ravel()[corners], 3 * rank[inside // 3] + side)
+    glued = 3 * rank[inside // 3] + side
+    separated, source = separate(faces.ravel()[corners], glued)
     return _Piece(
         separated,
         source,
         corners,
-        non_manifold_faces=len(loose),
+        crowding=np.flatnonzero(keep)[crowding(separated, glued)],
+        loose_faces=len(loose),
         turned_faces=int(flip[keep].sum()),
         one_sided_edges=len(seams) - len(agreed),
         components=len(np.unique(label)),

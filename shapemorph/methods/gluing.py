@@ -115,6 +115,35 @@ def separate(faces: Ints, seams: Ints) -> tuple[Ints, Ints]:
     return rank[label].reshape(-1, 3), start[sample][order]
 
 
+def crowding(faces: Ints, seams: Ints) -> Ints:
+    """Find faces that still share an edge with others than their glued neighbour.
+
+    A cut that ends inside the surface does not part the vertices at its ends: the faces on
+    one of its sides must go.
+
+    Parameters
+    ----------
+    faces : (F, 3)
+        In the vertices of :func:`separate`.
+    seams : (S, 2)
+
+    Returns
+    -------
+    (K,)
+        Faces to remove: at each such edge all but the glued pair, or all but one.
+    """
+    order, first, count = _sides_by_edge(faces)
+    glued = np.zeros(faces.size, dtype=np.bool_)
+    glued[seams.ravel()] = True
+    joined = np.add.reduceat(glued[order], first)
+    excess = []
+    for edge in np.flatnonzero((count > 2) | ((count == 2) & (joined < 2))):
+        sides = order[first[edge] : first[edge] + count[edge]]
+        loose = sides[~glued[sides]] if joined[edge] else sides[1:]
+        excess.append(loose // 3)
+    return np.unique(np.concatenate(excess)) if excess else np.zeros(0, dtype=np.int64)
+
+
 def boundary_loops(faces: Ints) -> int:
     """Count closed chains of edges that have one face, on a mesh that is a manifold."""
     order, first, count = _sides_by_edge(faces)

@@ -141,13 +141,16 @@ def _by_balls(points: Floats, spacing: float) -> MeshedPoints:
     """
     open3d = import_open3d()
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
-    cloud.estimate_normals(open3d.geometry.KDTreeSearchParamKNN(_NEIGHBOURS))
-    cloud.orient_normals_consistent_tangent_plane(_NEIGHBOURS)
     radii = [factor * spacing for factor in _BALLS]
-    mesh = open3d.geometry.TriangleMesh.create_from_point_cloud_ball_pivoting(
-        cloud, open3d.utility.DoubleVector(radii)
-    )
-    faces = np.asarray(mesh.triangles).astype(np.int64)
+    try:
+        cloud.estimate_normals(open3d.geometry.KDTreeSearchParamKNN(_NEIGHBOURS))
+        cloud.orient_normals_consistent_tangent_plane(_NEIGHBOURS)
+        mesh = open3d.geometry.TriangleMesh.create_from_point_cloud_ball_pivoting(
+            cloud, open3d.utility.DoubleVector(radii)
+        )
+        faces = np.asarray(mesh.triangles).astype(np.int64)
+    except RuntimeError:  # its Delaunay of a handful of points in one plane
+        faces = np.zeros((0, 3), dtype=np.int64)
     if len(faces) == 0:
         raise DataError(
             f"expected points dense enough to mesh, got none that balls of up to {radii[-1]:.3g} "
