@@ -1,0 +1,59 @@
+"""Flatten one mesh: its calibrated image and what flattening did to it."""
+
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from shapemorph.config import RunConfig
+from shapemorph.core.image import CalibratedImage
+from shapemorph.io.codec import take_apart
+from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
+from shapemorph.pipeline.planar import PictureOutcome
+from shapemorph.pipeline.run import Event, Listener
+from shapemorph.pipeline.summary import flattening_figures, run_figures
+
+
+def flatten_one(
+    path: Path, folder: Path, config: RunConfig, *, listener: Listener
+) -> PictureOutcome:
+    """Read a mesh, flatten it, and write PNG, VTI, NPZ and the distortion as JSON.
+
+    Raises
+    ------
+    ConfigError, DataError, StageError
+        Nothing is written then.
+    """
+    from shapemorph.io.calibrated_files import write_calibrated
+    from shapemorph.io.meshes import read_mesh
+    from shapemorph.stages.flatten import flatten_mesh
+
+    check_writable(folder)
+    listener(Event("flatten", "started"))
+    begin = time.perf_counter()
+    mesh, report = read_mesh(path, unit=config.inputs.units)
+    surface = flatten_mesh(mesh, config.flatten)
+    seconds = time.perf_counter() - begin
+    listener(Event("flatten", "finished", seconds))
+    sections: dict[str, Any] = {
+        "inputs": asdict(report),
+        "flatten": flattening_figures(surface),
+        **run_figures({"flatten": seconds}),
+    }
+    with scratch_folder(folder) as scratch:
+        write_calibrated(scratch / path.stem, mesh, surface.calibrated)
+        _write_arrays(scratch / f"{path.stem}.npz", surface.calibrated)
+        write_json(scratch / "summary.json", sections)
+        return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
+
+
+def _write_arrays(path: Path, image: CalibratedImage) -> None:
+    """Write grey, mask, triangle, barycentric and the chart by their names."""
+    import numpy as np
+
+    arrays, _ = take_apart(image)
+    scale = np.array(image.chart.px_per_mm)
+    named = {
+        name.replace("image.", "").replace("chart.", "chart_"): a for name, a in arrays.items()
+    }
+    np.savez(path, px_per_mm=scale, **named)  # type: ignore[arg-type]

@@ -1,0 +1,215 @@
+"""Two pictures of one material: their matches and morph sequence, or plain 2D correlation."""
+
+import csv
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from shapemorph.config import RunConfig
+from shapemorph.core.arrays import Bools
+from shapemorph.core.errors import DataError
+from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.image import GreyImage
+from shapemorph.core.matching import Matches, Warp
+from shapemorph.io.images import read_grey_image, write_grey_png
+from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
+from shapemorph.pipeline.run import Event, Listener
+from shapemorph.pipeline.summary import (
+    correlation_figures,
+    matching_figures,
+    point_figures,
+    run_figures,
+)
+from shapemorph.pipeline.verdict import judge
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True)
+class PictureOutcome:
+    """What was made of two pictures.
+
+    Attributes
+    ----------
+    folder : Path
+    files : tuple of Path
+    summary : dict
+        JSON-able.
+    """
+
+    folder: Path
+    files: tuple[Path, ...]
+    summary: dict[str, Any]
+
+
+class _Clock:
+    """Times named steps and tells the listener."""
+
+    def __init__(self, listener: Listener) -> None:
+        self.seconds: dict[str, float] = {}
+        self._listener = listener
+
+    def run(self, name: str, work: Callable[[], Result]) -> Result:
+        self._listener(Event(name, "started"))
+        begin = time.perf_counter()
+        result = work()
+        self.seconds[name] = time.perf_counter() - begin
+        self._listener(Event(name, "finished", self.seconds[name]))
+        return result
+
+
+def morph_images(
+    reference: Path, deformed: Path, folder: Path, config: RunConfig, *, listener: Listener
+) -> PictureOutcome:
+    """Match two pictures and write the matches, both warps and the morph sequence.
+
+    Raises
+    ------
+    ConfigError, DataError, StageError
+        Nothing is written then.
+    """
+    from shapemorph.stages.match import match
+
+    check_writable(folder)
+    clock = _Clock(listener)
+    left, right = clock.run("read", lambda: _read_pair(reference, deformed, None))
+    matches = clock.run("match", lambda: match(left, right, config.match))
+    with scratch_folder(folder) as scratch:
+        clock.run("morph", lambda: _write_morph(scratch, left, right, matches, config))
+        sections = {"match": matching_figures(matches), **run_figures(clock.seconds)}
+        write_json(scratch / "summary.json", sections)
+        return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
+
+
+def correlate_images(
+    reference: Path,
+    deformed: Path,
+    folder: Path,
+    config: RunConfig,
+    *,
+    mask: Path | None,
+    listener: Listener,
+) -> PictureOutcome:
+    """Correlate two pictures, however far apart they are, and write the displacement field.
+
+    Parameters
+    ----------
+    mask : Path or None
+        Picture of the size of the reference, white = measured.
+    config : RunConfig
+        Sections match, morph and correlate; `report.figures` says whether to draw.
+
+    Raises
+    ------
+    ConfigError, DataError, StageError
+        Nothing is written then.
+    """
+    from shapemorph.stages.match import match
+
+    check_writable(folder)
+    clock = _Clock(listener)
+    left, right = clock.run("read", lambda: _read_pair(reference, deformed, mask))
+    matches = clock.run("match", lambda: match(left, right, config.match))
+    grid = _correlate(left, right, matches, config, clock)
+    drawn_on = left if config.report.figures else None
+    with scratch_folder(folder) as scratch:
+        clock.run("write", lambda: _write_correlation(scratch, grid, drawn_on))
+        sections = _summarise(grid, matches, config, clock)
+        write_json(scratch / "summary.json", sections)
+        return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
+
+
+def _correlate(
+    left: GreyImage, right: GreyImage, matches: Matches, config: RunConfig, clock: _Clock
+) -> CorrelationGrid:
+    from shapemorph.methods.morphing import morph_image
+    from shapemorph.stages.correlate import correlate
+    from shapemorph.stages.morph import morph_pictures
+
+    def remorph(warp: Warp) -> GreyImage:
+        return morph_image(right, warp, left.shape)
+
+    morphed = clock.run("morph", lambda: morph_pictures(right, matches, left.shape, config.morph))
+    return clock.run("correlate", lambda: correlate(left, remorph, morphed, config.correlate, None))
+
+
+def _read_pair(reference: Path, deformed: Path, mask: Path | None) -> tuple[GreyImage, GreyImage]:
+    left, right = read_grey_image(reference), read_grey_image(deformed)
+    if mask is not None:
+        left = GreyImage(left.grey, left.mask & _read_mask(mask, left.shape))
+    return left, right
+
+
+def _read_mask(path: Path, shape: tuple[int, int]) -> Bools:
+    picture = read_grey_image(path)
+    if picture.shape != shape:
+        raise DataError(
+            f"mask {path}: expected the size of the reference, {shape[1]} x {shape[0]} px, got "
+            f"{picture.shape[1]} x {picture.shape[0]} px"
+        )
+    white: Bools = (picture.grey > 0.5) & picture.mask
+    if not white.any():
+        raise DataError(f"mask {path}: expected white where to measure, got none")
+    return white
+
+
+def _write_morph(
+    folder: Path, left: GreyImage, right: GreyImage, matches: Matches, config: RunConfig
+) -> None:
+    from shapemorph.methods.morph_sequence import morph_sequence
+
+    _write_matches(folder / "matches.csv", matches)
+    _write_warp(folder / "warp_forward.npz", matches.forward)
+    _write_warp(folder / "warp_backward.npz", matches.backward)
+    (folder / "sequence").mkdir()
+    _write_picture(folder, 1, left)
+    frames = morph_sequence(
+        left, right, matches.forward, matches.backward, images=config.morph.images
+    )
+    for number, frame in enumerate(frames, start=2):
+        _write_picture(folder, number, frame)
+    _write_picture(folder, config.morph.images + 2, right)
+
+
+def _write_picture(folder: Path, number: int, image: GreyImage) -> None:
+    write_grey_png(folder / "sequence" / f"I_{number:02d}.png", image.grey, image.mask)
+
+
+def _write_matches(path: Path, matches: Matches) -> None:
+    rows = np.column_stack([matches.reference_px, matches.deformed_px])
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["x_ref_px", "y_ref_px", "x_def_px", "y_def_px"])
+        writer.writerows(rows.tolist())
+
+
+def _write_warp(path: Path, warp: Warp) -> None:
+    np.savez(
+        path, coefficients=warp.coefficients, origin=warp.origin, spacing=np.array(warp.spacing)
+    )
+
+
+def _write_correlation(folder: Path, grid: CorrelationGrid, drawn_on: GreyImage | None) -> None:
+    from shapemorph.io.correlation_files import write_correlation
+
+    write_correlation(folder, grid)
+    if drawn_on is not None:
+        from shapemorph.view.figures import write_planar_figures
+
+        write_planar_figures(grid, drawn_on, folder / "figures")
+
+
+def _summarise(
+    grid: CorrelationGrid, matches: Matches, config: RunConfig, clock: _Clock
+) -> dict[str, Any]:
+    sections = {
+        "points": point_figures(grid.status),
+        "match": matching_figures(matches),
+        "correlate": correlation_figures(grid, config.correlate, None),
+        **run_figures(clock.seconds),
+    }
+    return {"verdict": judge(sections), **sections}

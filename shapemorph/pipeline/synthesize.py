@@ -1,0 +1,29 @@
+"""Write a synthetic pair with its truth."""
+
+from pathlib import Path
+
+from pydantic import Field
+
+from shapemorph.config import Section, SynthesizeConfig
+from shapemorph.io.safe_files import check_writable
+
+
+class SynthesizeFile(Section):
+    """The YAML file of a synthetic case."""
+
+    synthesize: SynthesizeConfig = Field(SynthesizeConfig(), description="the case")
+
+
+def write_case(config: SynthesizeConfig, folder: Path) -> list[Path]:
+    """Make the pair and write both meshes and ``truth.npz``.
+
+    Raises
+    ------
+    ConfigError
+        If the folder cannot be written or the case is impossible.
+    """
+    from shapemorph.io.truth_files import write_pair
+    from shapemorph.stages.synthesize import synthesize
+
+    check_writable(folder)
+    return write_pair(folder, synthesize(config), file_format=config.format)
