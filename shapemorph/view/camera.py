@@ -95,9 +95,19 @@ def _upright(toward: Floats) -> View:
     return View(toward, up / np.linalg.norm(up))
 
 
-def tilted(view: View, angle: float) -> View:
-    """Lower the camera by an angle in radians, so that the normal leans up in the picture."""
+def second_view(view: View, points: Floats, angle: float) -> View:
+    """Move the camera by an angle in radians to where it shows the form.
+
+    Parameters
+    ----------
+    points : (N, 3)
+        The shape. One that is taller than wide is seen from the right, as a face in
+        half profile; others from below, as a bulge that rises from a table.
+    """
+    across, along = np.ptp(view.project(points), axis=0)
     cos, sin = np.cos(angle), np.sin(angle)
+    if along > 1.15 * across:
+        return View(cos * view.toward + sin * view.right, view.up)
     return View(cos * view.toward - sin * view.up, sin * view.toward + cos * view.up)
 
 

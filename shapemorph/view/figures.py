@@ -12,7 +12,7 @@ from shapemorph.core.image import GreyImage
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.results import RunResults
 from shapemorph.core.surface import Alignment
-from shapemorph.view.camera import View, outer_view, tilted
+from shapemorph.view.camera import View, outer_view, second_view
 from shapemorph.view.layout import Heading, views_figure
 from shapemorph.view.maps import correlation_figure, distortion_figure
 from shapemorph.view.measures import MEASURES, Measure, measure_values
@@ -110,9 +110,10 @@ def _rendered(results: RunResults) -> Named:
         used, cells = np.unique(measurement.cells, return_inverse=True)
         painter = scene.add_coloured(deformed[used], cells.reshape(-1, 4))
         scene.add_bare(carried.vertices, carried.faces)
+        views = (after, second_view(after, deformed[used], TILT))
         for measure in MEASURES:
             values = measure_values(measurement, measure)[used]
-            yield measure.key, _measure_figure(scene, painter, measure, values, after)
+            yield measure.key, _measure_figure(scene, painter, measure, values, views)
 
 
 def _carried(mesh: TexturedMesh, alignment: Alignment) -> TexturedMesh:
@@ -138,21 +139,21 @@ def _shape_figure(scene: Scene, mesh: TexturedMesh, view: View, key: str) -> "Fi
         f"{len(mesh.vertices)} vertices, {len(mesh.faces)} faces, {mesh.size:.4g} mm across; "
         "grey as stored",
     )
-    pictures = _pictures(scene, (view, tilted(view, TILT)))
+    pictures = _pictures(scene, (view, second_view(view, mesh.vertices, TILT)))
     return views_figure(pictures, CAPTIONS, heading, scale=None, label="")
 
 
 def _measure_figure(
-    scene: Scene, painter: Painter, measure: Measure, values: Floats, view: View
+    scene: Scene, painter: Painter, measure: Measure, values: Floats, views: tuple[View, View]
 ) -> "Figure":
-    """Draw a measure on the deformed shape."""
+    """Draw a measure on the deformed shape, from one or both views."""
     scale = colour_scale(values)
     painter.paint(values, scale)
-    views = (view, tilted(view, TILT)) if measure.two_views else (view,)
+    chosen = views if measure.two_views else views[:1]
     heading = Heading(measure.title, f"{measure.note} Deformed shape; grey: no value.")
-    captions = CAPTIONS[: len(views)]
+    captions = CAPTIONS[: len(chosen)]
     return views_figure(
-        _pictures(scene, views), captions, heading, scale=scale, label=measure.label
+        _pictures(scene, chosen), captions, heading, scale=scale, label=measure.label
     )
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from shapemorph.view.camera import fit_frame, outer_view, tilted
+from shapemorph.view.camera import fit_frame, outer_view, second_view
 
 
 def _sheet(turn):
@@ -43,11 +43,15 @@ def test_a_tube_is_seen_from_its_side():
     assert abs(outer_view(points, quads).toward[2]) < 1e-6
 
 
-def test_tilting_raises_the_normal_in_the_picture():
-    view = outer_view(*_sheet(np.eye(3)))
-    low = tilted(view, 0.6)
+def test_a_wide_shape_is_seen_from_below_and_a_tall_one_from_the_right():
+    points, quads = _sheet(np.eye(3))
+    view = outer_view(points, quads)
+    low = second_view(view, points, 0.6)
     assert view.toward @ low.up == pytest.approx(np.sin(0.6))
     assert low.toward @ low.up == pytest.approx(0, abs=1e-12)
+    side = second_view(view, points * [1, 3, 1], 0.6)
+    assert_allclose(side.up, view.up)
+    assert side.toward @ view.right == pytest.approx(np.sin(0.6))
 
 
 def test_shape_fills_its_frame():
