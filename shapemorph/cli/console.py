@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 Listener = Callable[["Event"], None]
 
 
+_UNREMARKABLE = ("inputs", "run.yaml")
+
+
 def show(text: str) -> None:
     """Write a result to stdout."""
     sys.stdout.write(text + "\n")
@@ -59,6 +62,8 @@ def watching(say: Say) -> Iterator[Listener]:
 
 
 def _write_event(event: "Event") -> None:
+    if event.name in _UNREMARKABLE:
+        return
     if event.state == "finished":
         sys.stderr.write(f"{event.name}: {event.seconds:.2f} s\n")
     elif event.state == "kept":

@@ -105,6 +105,8 @@ def measure(
     ConfigError, DataError, StageError
         Nothing of a failed stage is stored; what was finished before it is.
     """
+    for name in (*force, *([until] if until else [])):
+        _known(name)
     check_is_run(folder)
     check_writable(folder)
     inputs, store = Inputs(config), RunStore(folder)

@@ -149,8 +149,8 @@ def run_stages(
             listener(Event(stage.name, "kept"))
             continue
         listener(Event(stage.name, "started"))
-        read = [results.load(name) for name in stage.reads]
         begin = time.perf_counter()
+        read = [results.load(name) for name in stage.reads]
         noun = stage.run(*read, sections[stage.name])
         seconds = time.perf_counter() - begin
         store.save(stage.name, noun, fingerprint=outdated[stage.name], seconds=seconds)
