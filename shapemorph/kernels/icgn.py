@@ -15,7 +15,8 @@ from numba import njit, prange
 from shapemorph.core.arrays import Codes, Floats, Greys, Ints
 from shapemorph.core.status import PointStatus
 from shapemorph.kernels.small_linear import compose_with_inverse, factor, solve
-from shapemorph.kernels.subset_rows import VECTOR_FLAGS, interpolate_subset
+from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
+from shapemorph.kernels.subset_rows import LANES, warped_moments
 
 OK = int(PointStatus.OK)
 LEFT_IMAGE = int(PointStatus.LEFT_IMAGE)
@@ -29,29 +30,30 @@ HOPELESS_AFTER = 4  # iterations
 HOPELESS_ZNCC = 0.25
 WORSE = 1e-3  # a step that loses more ZNCC than this is taken back and damped
 MAX_DAMPING = 1e4
+FADED = 0.1  # the deformed subset may have so much less contrast than the reference must have
 
 _ZERO = np.float32(0.0)
+_ONE = np.float32(1.0)
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _dot(a: Greys, b: Greys) -> float:
-    total = _ZERO
-    for i in range(a.shape[0]):
-        total += a[i] * b[i]
-    return float(total)
+@njit(cache=True, error_model="numpy")
+def _pixels_inside(counts, left, top, right, bottom) -> int:  # type: ignore[no-untyped-def]
+    """Number of counting pixels in columns left ... right - 1 of rows top ... bottom - 1."""
+    inner = counts[bottom, right] - counts[top, right] - counts[bottom, left]
+    return int(inner + counts[top, left])
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _load_weights(inside, row, col, weights) -> float:  # type: ignore[no-untyped-def]
-    """Copy the mask of a subset; return the number of pixels that count."""
+@njit(cache=True, error_model="numpy")
+def _load_weights(inside, counts, row, col, weights, is_full) -> tuple[float, bool]:  # type: ignore[no-untyped-def]
+    """Copy the mask of a subset; return the number of pixels that count, and if all do."""
     width = weights.shape[0]
-    total = _ZERO
-    for j in range(width):
-        line, source = weights[j], inside[row + j, col : col + width]
-        for i in range(width):
-            line[i] = source[i]
-            total += source[i]
-    return float(total)
+    found = _pixels_inside(counts, col, row, col + width, row + width)
+    full = found == width * width
+    if not (full and is_full):
+        for j in range(width):
+            for i in range(width):
+                weights[j, i] = _ONE if full else inside[row + j, col + i]
+    return float(found), full
 
 
 @njit(cache=True, error_model="numpy")
@@ -79,84 +81,8 @@ def _limit_weights(inside, x, y, warp, radius, weights) -> tuple[float, bool]:  
     return total, changed
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _load_pattern(reference, row, col, weights, count, pattern) -> float:  # type: ignore[no-untyped-def]
-    """Copy the grey of a subset less its mean, which is returned."""
-    width = weights.shape[0]
-    total = _ZERO
-    for j in range(width):
-        line, weight, source = pattern[j], weights[j], reference[0, row + j, col : col + width]
-        for i in range(width):
-            line[i] = source[i] * weight[i]
-            total += line[i]
-    mean = total / np.float32(count)
-    for j in range(width):
-        line, weight = pattern[j], weights[j]
-        for i in range(width):
-            line[i] -= mean * weight[i]
-    return float(mean)
-
-
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _load_descent(reference, row, col, weights, lane_x, terms, images) -> None:  # type: ignore[no-untyped-def]
-    """Fill the steepest-descent images: grey gradient times the terms of the warp."""
-    width, lanes = weights.shape
-    for j in range(width):
-        y = lane_x[j]
-        weight = weights[j]
-        for axis in range(2):
-            source = reference[1 + axis, row + j, col : col + width]
-            base = axis * terms
-            first = images[base, j * lanes : (j + 1) * lanes]
-            for i in range(width):
-                first[i] = source[i] * weight[i]
-            if terms >= 3:
-                second = images[base + 1, j * lanes : (j + 1) * lanes]
-                third = images[base + 2, j * lanes : (j + 1) * lanes]
-                for i in range(width):
-                    second[i] = first[i] * lane_x[i]
-                    third[i] = first[i] * y
-            if terms == 6:
-                xx = images[base + 3, j * lanes : (j + 1) * lanes]
-                xy = images[base + 4, j * lanes : (j + 1) * lanes]
-                yy = images[base + 5, j * lanes : (j + 1) * lanes]
-                for i in range(width):
-                    xx[i] = second[i] * lane_x[i]
-                    xy[i] = second[i] * y
-                    yy[i] = third[i] * y
-
-
 @njit(cache=True, error_model="numpy")
-def _prepare(images, weights, pattern, count, total, energy, along, hessian) -> None:  # type: ignore[no-untyped-def]
-    """Hessian of the normalised residual, and the pattern's share in each descent image."""
-    unknowns = images.shape[0]
-    for a in range(unknowns):
-        total[a] = _dot(images[a], weights)
-        along[a] = _dot(images[a], pattern)
-        for b in range(a + 1):
-            hessian[a, b] = (
-                _dot(images[a], images[b])
-                - total[a] * total[b] / count
-                - along[a] * along[b] / energy
-            )
-
-
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _statistics(samples, weights, pattern, mean) -> tuple[float, float, float]:  # type: ignore[no-untyped-def]
-    """Shift and mask the samples in place; return their sum, energy and share of the pattern."""
-    shift = np.float32(mean)
-    total, energy, shared = _ZERO, _ZERO, _ZERO
-    for i in range(samples.shape[0]):
-        value = (samples[i] - shift) * weights[i]
-        samples[i] = value
-        total += value
-        energy += value * value
-        shared += value * pattern[i]
-    return float(total), float(energy), float(shared)
-
-
-@njit(cache=True, error_model="numpy")
-def _whole_box(counts, inside, x, y, warp, radius, spare) -> int:  # type: ignore[no-untyped-def]
+def _whole_box(counts, x, y, warp, radius) -> int:  # type: ignore[no-untyped-def]
     """Tell if the warped subset is inside (2), partly inside (1) or beyond reach (0)."""
     r, rr = float(radius), float(radius * radius)
     half_x = r * (abs(warp[1]) + abs(warp[2]))
@@ -165,17 +91,17 @@ def _whole_box(counts, inside, x, y, warp, radius, spare) -> int:  # type: ignor
     half_y += rr * (abs(warp[9]) + abs(warp[10]) + abs(warp[11]))
     low_x, high_x = x + warp[0] - half_x, x + warp[0] + half_x
     low_y, high_y = y + warp[6] - half_y, y + warp[6] + half_y
-    height, length = inside.shape
+    height, length = counts.shape[0] - 1, counts.shape[1] - 1
     if not (
         low_x >= MARGIN
         and low_y >= MARGIN
-        and high_x < length - MARGIN - spare
+        and high_x < length - MARGIN - LANES
         and high_y < height - MARGIN
     ):
         return 0
     left, right = int(np.floor(low_x + 0.5)), int(np.floor(high_x + 0.5)) + 1
     top, bottom = int(np.floor(low_y + 0.5)), int(np.floor(high_y + 0.5)) + 1
-    found = counts[bottom, right] - counts[top, right] - counts[bottom, left] + counts[top, left]
+    found = _pixels_inside(counts, left, top, right, bottom)
     return 2 if found == (right - left) * (bottom - top) else 1
 
 
@@ -193,66 +119,70 @@ def _corner_motion(step, radius) -> float:  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _match_one(  # type: ignore[no-untyped-def]
-    reference, coefficients, inside, counts, x, y, warp, radius, order, tolerance,
-    max_iterations, min_count, min_deviation, max_drift, lane_x, steps, planes, images, system,
-) -> tuple[int, float, int]:  # fmt: skip
+    reference, coefficients, inside, counts, x, y, warp, radius, order, second, tolerance,
+    max_iterations, min_count, min_deviation, max_drift, lane_x, steps, weights, is_full, system,
+) -> tuple[int, float, int, bool]:  # fmt: skip
     """Match one point; `warp` is its start and becomes its result."""
-    weights, pattern, samples = planes[0], planes[1], planes[2]
-    flat_weights, flat_pattern = weights.reshape(-1), pattern.reshape(-1)
-    flat_samples = samples.reshape(-1)
-    hessian, lower, vectors = system[0], system[1], system[2]
-    total, along, right, solution = vectors[0], vectors[1], vectors[2], vectors[3]
-    best_right, step, best, trial = vectors[4], vectors[5], vectors[6], vectors[7]
+    hessian, lower, products = system[0:12], system[12:24], system[24:27]
+    total, along, moments, right = system[27], system[28], system[29], system[30]
+    best_right, step, best, trial = system[31], system[32, :12], system[33, :12], system[34, :12]
+    solution = system[35]
     terms = (order + 1) * (order + 2) // 2
     unknowns = 2 * terms
-    width, lanes = weights.shape
     row, col = y - radius, x - radius
+    min_energy = min_deviation * min_deviation
 
-    count = _load_weights(inside[0], row, col, weights[:, :width])
+    count, full = _load_weights(inside[0], counts[0], row, col, weights, is_full)
     if count < min_count:
-        return LOW_CONTRAST, np.nan, 0
+        return LOW_CONTRAST, np.nan, 0, full
     fresh, damping = True, 0.0
-    mean = energy = 0.0
+    mean, offset, energy = _ZERO, 0.0, 0.0
     best_zncc = -2.0
     start_x, start_y = warp[0], warp[6]
     for iteration in range(1, max_iterations + 1):
-        where = _whole_box(counts, inside[1], x, y, warp, radius, lanes - width)
+        where = _whole_box(counts[1], x, y, warp, radius)
         if where == 0:
-            return LEFT_IMAGE, np.nan, iteration
+            return LEFT_IMAGE, np.nan, iteration, full
         if where == 1:
             count, dropped = _limit_weights(inside[1], x, y, warp, radius, weights)
+            full = full and not dropped
             fresh = fresh or dropped
             if count < min_count:
-                return LEFT_IMAGE, np.nan, iteration
+                return LEFT_IMAGE, np.nan, iteration, full
         if fresh:
-            mean = _load_pattern(
-                reference, row, col, weights[:, :width], count, pattern[:, :width]
+            mean = mean_grey(reference, weights, row, col, count)
+            reference_moments(
+                reference, weights, lane_x, row, col, mean, second, products, total, along
             )
-            energy = _dot(flat_pattern, flat_pattern)
-            if not energy > count * min_deviation * min_deviation:
-                return LOW_CONTRAST, np.nan, iteration
-            _load_descent(reference, row, col, weights, lane_x, terms, images)
-            _prepare(
-                images, flat_weights, flat_pattern, count, total, energy, along, hessian
-            )
+            offset = along[0] / count
+            energy = along[1] - along[0] * offset
+            if not energy > count * min_energy:
+                return LOW_CONTRAST, np.nan, iteration, full
+            for a in range(3, 15):
+                along[a] -= offset * total[a]
+            fill_hessian(products, total, along, count, energy, terms, hessian)
             if not factor(hessian, unknowns, damping, lower):
-                return LOW_CONTRAST, np.nan, iteration
+                return LOW_CONTRAST, np.nan, iteration, full
             fresh = False
             best_zncc = -2.0
 
-        interpolate_subset(coefficients, x, y, warp, radius, lane_x, steps, samples)
-        found, found_energy, shared = _statistics(flat_samples, flat_weights, flat_pattern, mean)
-        found_energy -= found * found / count
-        if not found_energy > count * min_deviation * min_deviation * 0.01:
-            return LOW_CONTRAST, np.nan, iteration
-        norm, found_norm = np.sqrt(energy), np.sqrt(found_energy)
-        zncc = shared / (norm * found_norm)
+        warped_moments(
+            coefficients, x, y, warp, radius, second, reference, weights, lane_x, steps, mean,
+            moments,
+        )  # fmt: skip
+        found = moments[0] / count
+        found_energy = moments[1] - moments[0] * found
+        if not found_energy > count * min_energy * FADED * FADED:
+            return LOW_CONTRAST, np.nan, iteration, full
+        shared = moments[2] - (float(mean) + offset) * moments[0]
+        gain = np.sqrt(energy / found_energy)
+        zncc = shared * gain / energy
 
         if zncc < best_zncc - WORSE:
             damping = max(10.0 * damping, 0.1)
             if damping > MAX_DAMPING:
                 warp[:] = best
-                return NOT_CONVERGED, best_zncc, iteration
+                return NOT_CONVERGED, best_zncc, iteration, full
             factor(hessian, unknowns, damping, lower)
             warp[:] = best
             right[:] = best_right
@@ -263,11 +193,11 @@ def _match_one(  # type: ignore[no-untyped-def]
             best_zncc = zncc
             best[:] = warp
             for a in range(unknowns):
-                across = _dot(images[a], flat_samples) - total[a] * found / count
-                right[a] = across * (norm / found_norm) - zncc * along[a]
+                at = 3 + a if a < terms else 9 + a - terms
+                right[a] = gain * (moments[at] - found * total[at]) - zncc * along[at]
             best_right[:] = right
         if iteration >= HOPELESS_AFTER and best_zncc < HOPELESS_ZNCC:
-            return LOW_ZNCC, best_zncc, iteration
+            return LOW_ZNCC, best_zncc, iteration, full
 
         solve(lower, right, unknowns, solution)
         step[:] = 0.0
@@ -278,10 +208,10 @@ def _match_one(  # type: ignore[no-untyped-def]
         warp[:] = trial
         drift_x, drift_y = warp[0] - start_x, warp[6] - start_y
         if not drift_x * drift_x + drift_y * drift_y <= max_drift * max_drift:
-            return NOT_CONVERGED, best_zncc, iteration
+            return NOT_CONVERGED, best_zncc, iteration, full
         if _corner_motion(step, radius) < tolerance * (1.0 if damping == 0.0 else 0.01):
-            return OK, best_zncc, iteration
-    return NOT_CONVERGED, best_zncc, max_iterations
+            return OK, best_zncc, iteration, full
+    return NOT_CONVERGED, best_zncc, max_iterations, full
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -294,6 +224,7 @@ def match_subsets(
     starts: Floats,
     radius: int,
     order: int,
+    second: int | None,
     tolerance: float,
     max_iterations: int,
     min_count: float,
@@ -313,8 +244,8 @@ def match_subsets(
         Cubic B-spline coefficients of the deformed picture.
     inside : (2, H, W) float32
         1 where a pixel of the reference, of the deformed picture counts, else 0.
-    counts : (H + 1, W + 1) int32
-        Number of pixels of ``inside[1]`` above and left of each corner.
+    counts : (2, H + 1, W + 1) int32
+        Number of those pixels above and left of each corner.
     points : (N, 2) int64
         Centres (x, y) of the subsets.
     starts : (N, 12)
@@ -322,6 +253,8 @@ def match_subsets(
         then y, as coefficients of 1, x, y, x^2, x y, y^2 in px. Terms above `order` stay.
     radius, order : int
         Half width of the subset, px; order of the shape function, 0, 1 or 2.
+    second : None or int
+        None for order 0 and 1: the terms of second degree are compiled only where needed.
     tolerance : float
         Stop when no corner moves farther, px.
     max_iterations : int
@@ -344,8 +277,7 @@ def match_subsets(
     """
     number = points.shape[0]
     width = 2 * radius + 1
-    lanes = (width + 7) // 8 * 8
-    unknowns = (order + 1) * (order + 2)
+    lanes = (width + LANES - 1) // LANES * LANES
     warps = starts.copy()
     zncc = np.full(number, np.nan)
     iterations = np.zeros(number, dtype=np.int64)
@@ -355,13 +287,13 @@ def match_subsets(
         for i in range(lanes):
             lane_x[i] = np.float32(i - radius)
         steps = np.arange(5).astype(np.uint64)
-        planes = np.zeros((3, width, lanes), dtype=np.float32)
-        images = np.zeros((unknowns, width * lanes), dtype=np.float32)
-        system = np.zeros((3, 12, 12))
+        weights = np.zeros((width, lanes), dtype=np.float32)
+        system = np.zeros((36, 15))
+        full = False
         for k in range(block * BLOCK, min((block + 1) * BLOCK, number)):
-            outcome[k], zncc[k], iterations[k] = _match_one(
+            outcome[k], zncc[k], iterations[k], full = _match_one(
                 reference, coefficients, inside, counts, points[k, 0], points[k, 1], warps[k],
-                radius, order, tolerance, max_iterations, min_count, min_deviation, max_drift,
-                lane_x, steps, planes, images, system,
+                radius, order, second, tolerance, max_iterations, min_count, min_deviation,
+                max_drift, lane_x, steps, weights, full, system,
             )  # fmt: skip
     return warps, zncc, iterations, outcome

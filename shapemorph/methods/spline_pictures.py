@@ -21,12 +21,15 @@ class ReferencePicture:
         Grey, its derivative along x, along y, of the cubic spline through the pixels.
     inside : (H, W) float32
         1 where a pixel counts.
+    counts : (H + 1, W + 1) int32
+        Number of counting pixels above and left of each corner.
     pad : int
         px added on the left and on top.
     """
 
     planes: Greys
     inside: Greys
+    counts: np.ndarray[tuple[int, int], np.dtype[np.int32]]
     pad: int
 
 
@@ -68,7 +71,8 @@ def prepare_reference(picture: GreyImage, *, allowed: Bools | None, pad: int) ->
     inside = shrink(picture.mask)
     if allowed is not None:
         inside &= allowed
-    return ReferencePicture(planes, _pad(inside.astype(np.float32), pad), pad)
+    weights = _pad(inside.astype(np.float32), pad)
+    return ReferencePicture(planes, weights, _count(weights), pad)
 
 
 def prepare_deformed(picture: GreyImage, *, pad: int) -> DeformedPicture:
@@ -76,10 +80,14 @@ def prepare_deformed(picture: GreyImage, *, pad: int) -> DeformedPicture:
     coefficients = _pad(_spline(extend_grey(picture)), pad)
     _mirror_rim(coefficients, pad)
     inside = _pad(shrink(picture.mask).astype(np.float32), pad)
+    return DeformedPicture(coefficients, inside, _count(inside))
+
+
+def _count(inside: Greys) -> np.ndarray[tuple[int, int], np.dtype[np.int32]]:
     counts = np.zeros((inside.shape[0] + 1, inside.shape[1] + 1), dtype=np.int32)
     np.cumsum(inside > 0, axis=0, dtype=np.int32, out=counts[1:, 1:])
     np.cumsum(counts[1:, 1:], axis=1, out=counts[1:, 1:])
-    return DeformedPicture(coefficients, inside, counts)
+    return counts
 
 
 def shrink(mask: Bools) -> Bools:
