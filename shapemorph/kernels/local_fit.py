@@ -44,64 +44,104 @@ def fit_locally(
     spread : (Q,)
         Median misfit of the neighbours. All NaN with fewer than terms + 3 neighbours.
     """
-    prediction = np.full((queries.shape[0], 2), np.nan)
-    gradient = np.full((queries.shape[0], 2, 2), np.nan)
-    spread = np.full(queries.shape[0], np.nan)
+    prediction = np.empty((queries.shape[0], 2))  # filled row by row: compiles faster
+    gradient = np.empty((queries.shape[0], 2, 2))
+    spread = np.empty(queries.shape[0])
     for q in prange(queries.shape[0]):
-        chosen = np.empty(count, np.int64)
-        used, reach = 0, 0.0
-        for n in neighbours[q]:
-            dx, dy = source[n, 0] - queries[q, 0], source[n, 1] - queries[q, 1]
-            if used < count and dx * sides[q, 0] + dy * sides[q, 1] >= 0.0:
-                chosen[used] = n
-                reach += dx * dx + dy * dy
-                used += 1
-        if used < terms + 3 or reach == 0.0:
-            continue
-        reach = np.sqrt(reach / used)
-        design, values = np.ones((used, terms)), np.empty((used, 2))
-        for k in range(used):
-            x = (source[chosen[k], 0] - queries[q, 0]) / reach
-            y = (source[chosen[k], 1] - queries[q, 1]) / reach
-            design[k, 1], design[k, 2] = x, y
-            if terms == 6:
-                design[k, 3], design[k, 4], design[k, 5] = x * x, x * y, y * y
-            values[k] = target[chosen[k]]
-        solution, misfit = _robust_fit(design, values, floor)
-        prediction[q] = solution[0]
-        for i in range(2):
-            gradient[q, i, 0] = solution[1, i] / reach
-            gradient[q, i, 1] = solution[2, i] / reach
-        spread[q] = misfit
+        spread[q] = _fit_one(
+            source, target, neighbours[q], queries[q], sides[q], count, terms, floor,
+            prediction[q], gradient[q],
+        )  # fmt: skip
     return prediction, gradient, spread
 
 
 @njit(cache=True)
-def _robust_fit(design: Floats, values: Floats, floor: float) -> tuple[Floats, float]:
+def _fit_one(
+    source: Floats,
+    target: Floats,
+    neighbours: Ints,
+    query: Floats,
+    side: Floats,
+    count: int,
+    terms: int,
+    floor: float,
+    prediction: Floats,
+    gradient: Floats,
+) -> float:
+    """Fill in the prediction and gradient of one query; return the spread."""
+    prediction[:] = np.nan
+    gradient[:] = np.nan
+    design, values = np.empty((count, terms)), np.empty((count, 2))
+    used, reach = 0, 0.0
+    for n in neighbours:
+        dx, dy = source[n, 0] - query[0], source[n, 1] - query[1]
+        if used < count and dx * side[0] + dy * side[1] >= 0.0:
+            design[used, 1], design[used, 2] = dx, dy
+            values[used, 0], values[used, 1] = target[n, 0], target[n, 1]
+            reach += dx * dx + dy * dy
+            used += 1
+    if used < terms + 3 or reach == 0.0:
+        return np.nan
+    reach = np.sqrt(reach / used)
+    for k in range(used):
+        x, y = design[k, 1] / reach, design[k, 2] / reach
+        design[k, 0], design[k, 1], design[k, 2] = 1.0, x, y
+        if terms == 6:
+            design[k, 3], design[k, 4], design[k, 5] = x * x, x * y, y * y
+    solution = np.empty((terms, 2))
+    spread = _robust_fit(design[:used], values[:used], floor, solution)
+    for i in range(2):
+        prediction[i] = solution[0, i]
+        gradient[i, 0] = solution[1, i] / reach
+        gradient[i, 1] = solution[2, i] / reach
+    return spread
+
+
+@njit(cache=True)
+def _robust_fit(design: Floats, values: Floats, floor: float, solution: Floats) -> float:
+    """Reweight until outliers have little say; return the median misfit."""
     used, terms = design.shape
-    weights = np.ones(used)
-    solution, median = np.zeros((terms, 2)), 0.0
-    for _ in range(5):
-        solution = _weighted_fit(design, values, weights)
-        misfit = np.empty(used)
+    weights, misfit = np.ones(used), np.empty(used)
+    normal = np.empty((terms, terms))
+    median = 0.0
+    for _ in range(4):
+        _weighted_fit(design, values, weights, normal, solution)
         for k in range(used):
             dx, dy = values[k, 0], values[k, 1]
             for t in range(terms):
                 dx -= design[k, t] * solution[t, 0]
                 dy -= design[k, t] * solution[t, 1]
             misfit[k] = np.sqrt(dx * dx + dy * dy)
-        median = np.median(misfit)
+        median = _middle(misfit)
         limit = max(1.5 * median, floor)
         for k in range(used):
             weights[k] = 1.0 / (1.0 + (misfit[k] / limit) ** 2) ** 2
-    return solution, median
+    return median
 
 
 @njit(cache=True)
-def _weighted_fit(design: Floats, values: Floats, weights: Floats) -> Floats:
+def _middle(values: Floats) -> float:
+    """Upper median, by insertion into a sorted list: there are few."""
+    ordered = np.empty(values.size)
+    for k in range(values.size):
+        place = k
+        while place > 0 and ordered[place - 1] > values[k]:
+            ordered[place] = ordered[place - 1]
+            place -= 1
+        ordered[place] = values[k]
+    return ordered[values.size // 2]
+
+
+@njit(cache=True)
+def _weighted_fit(
+    design: Floats, values: Floats, weights: Floats, normal: Floats, right: Floats
+) -> None:
     """Least squares by a Cholesky factor, the curved terms slightly held back."""
     used, terms = design.shape
-    normal, right = np.zeros((terms, terms)), np.zeros((terms, 2))
+    for a in range(terms):
+        right[a, 0], right[a, 1] = 0.0, 0.0
+        for b in range(terms):
+            normal[a, b] = 0.0
     for k in range(used):
         for a in range(terms):
             weighted = weights[k] * design[k, a]
@@ -124,4 +164,3 @@ def _weighted_fit(design: Floats, values: Floats, weights: Floats) -> Floats:
             for c in range(a + 1, terms):
                 right[a, d] -= normal[c, a] * right[c, d]
             right[a, d] /= normal[a, a]
-    return right

@@ -178,17 +178,22 @@ def leverages(factor: Floats, first: Ints, weights: Floats, width: int) -> Float
     (K,)
         Leverage of a point of importance one.
     """
-    size, half = factor.shape[0], factor.shape[1] - 1
     result = np.empty(first.shape[0])
     for p in prange(first.shape[0]):
-        column = np.zeros(size)
-        for a in range(16):
-            column[first[p] + (a // 4) * width + a % 4] = weights[p, a]
-        square = 0.0
-        for i in range(first[p], size):
-            start = max(first[p], i - half)
-            known = _dot(factor[i, half - i + start : half], column[start:i])
-            column[i] = (column[i] - known) / factor[i, half]
-            square += column[i] * column[i]
-        result[p] = square
+        result[p] = _leverage(factor, first[p], weights[p], width)
     return result
+
+
+@njit(cache=True)
+def _leverage(factor: Floats, first: int, weights: Floats, width: int) -> float:
+    size, half = factor.shape[0], factor.shape[1] - 1
+    column = np.zeros(size)
+    for a in range(16):
+        column[first + (a // 4) * width + a % 4] = weights[a]
+    square = 0.0
+    for i in range(first, size):
+        start = max(first, i - half)
+        known = _dot(factor[i, half - i + start : half], column[start:i])
+        column[i] = (column[i] - known) / factor[i, half]
+        square += column[i] * column[i]
+    return square

@@ -46,38 +46,56 @@ def search(
         Shift (x, y) in px and zero-mean normalised cross-correlation there; NaN where no
         shift counts or the best one lies at the edge of the search.
     """
-    found = np.full((points.shape[0], 3), np.nan)
+    found = np.empty((points.shape[0], 3))
     for p in prange(points.shape[0]):
-        scores = np.full((2 * radius + 1, 2 * radius + 1), np.nan)
-        best_x, best_y, best = 0, 0, -2.0
-        for dy in range(-radius, radius + 1, stride):
-            for dx in range(-radius, radius + 1, stride):
-                score = _likeness(
-                    reference, reference_mask, moved, moved_mask,
-                    points[p, 0], points[p, 1], dx, dy, half, least_inside,
-                )  # fmt: skip
-                scores[dy + radius, dx + radius] = score
-                if score > best:
-                    best, best_x, best_y = score, dx, dy
-        climbing = best > -2.0
-        while climbing and max(abs(best_x), abs(best_y)) < radius:
-            climbing = False
-            centre_x, centre_y = best_x, best_y
-            for dy in range(centre_y - 1, centre_y + 2):
-                for dx in range(centre_x - 1, centre_x + 2):
-                    if np.isnan(scores[dy + radius, dx + radius]):
-                        scores[dy + radius, dx + radius] = _likeness(
-                            reference, reference_mask, moved, moved_mask,
-                            points[p, 0], points[p, 1], dx, dy, half, least_inside,
-                        )  # fmt: skip
-                    if scores[dy + radius, dx + radius] > best:
-                        best = scores[dy + radius, dx + radius]
-                        best_x, best_y, climbing = dx, dy, True
-        if best > -2.0 and max(abs(best_x), abs(best_y)) < radius:
-            row, col = best_y + radius, best_x + radius
-            sub_x, sub_y = _summit(scores[row - 1 : row + 2, col - 1 : col + 2])
-            found[p, 0], found[p, 1], found[p, 2] = best_x + sub_x, best_y + sub_y, best
+        _search_one(
+            reference, reference_mask, moved, moved_mask, points[p, 0], points[p, 1],
+            half, radius, stride, least_inside, found[p],
+        )  # fmt: skip
     return found
+
+
+@njit(cache=True)
+def _search_one(
+    reference: Greys,
+    reference_mask: Greys,
+    moved: Greys,
+    moved_mask: Greys,
+    x: int,
+    y: int,
+    half: int,
+    radius: int,
+    stride: int,
+    least_inside: float,
+    found: Floats,
+) -> None:
+    """Fill in the shift and likeness of one point; NaN where nothing counts."""
+    found[:] = np.nan
+    scores = np.full((2 * radius + 1, 2 * radius + 1), np.nan)
+    best_x, best_y, best = 0, 0, -2.0
+    step, first, last = stride, -radius, radius
+    centre_x, centre_y = 0, 0
+    while True:
+        improved = False
+        for dy in range(centre_y + first, centre_y + last + 1, step):
+            for dx in range(centre_x + first, centre_x + last + 1, step):
+                if np.isnan(scores[dy + radius, dx + radius]):
+                    scores[dy + radius, dx + radius] = _likeness(
+                        reference, reference_mask, moved, moved_mask,
+                        x, y, dx, dy, half, least_inside,
+                    )  # fmt: skip
+                if scores[dy + radius, dx + radius] > best:
+                    best, best_x, best_y = scores[dy + radius, dx + radius], dx, dy
+                    improved = True
+        if best == -2.0 or max(abs(best_x), abs(best_y)) >= radius:
+            return  # nothing counts, or the best lies at the edge of the search
+        if first == -1 and not improved:
+            break
+        centre_x, centre_y, step, first, last = best_x, best_y, 1, -1, 1
+    row, col = best_y + radius, best_x + radius
+    sub_x, sub_y = _summit(scores[row - 1 : row + 2, col - 1 : col + 2])
+    if max(abs(sub_x), abs(sub_y)) <= 1.0:
+        found[0], found[1], found[2] = best_x + sub_x, best_y + sub_y, best
 
 
 @njit(cache=True, fastmath=_SUM_IN_ANY_ORDER)
@@ -131,9 +149,7 @@ def _likeness(
 
 @njit(cache=True)
 def _summit(scores: Floats) -> tuple[float, float]:
-    """Place of the maximum of the quadratic surface through 3 x 3 scores, within a pixel."""
-    if np.isnan(scores).any():
-        return 0.0, 0.0
+    """Find the maximum of the quadratic surface through 3 x 3 scores; NaN without one."""
     slope_x = (scores[:, 2].sum() - scores[:, 0].sum()) / 6.0
     slope_y = (scores[2].sum() - scores[0].sum()) / 6.0
     curve_x = (scores[:, 2].sum() - 2.0 * scores[:, 1].sum() + scores[:, 0].sum()) / 3.0
@@ -141,10 +157,10 @@ def _summit(scores: Floats) -> tuple[float, float]:
     twist = (scores[2, 2] - scores[2, 0] - scores[0, 2] + scores[0, 0]) / 4.0
     determinant = curve_x * curve_y - twist * twist
     if not (determinant > 0.0 and curve_x < 0.0):
-        return 0.0, 0.0
+        return np.nan, np.nan
     x = (twist * slope_y - curve_y * slope_x) / determinant
     y = (twist * slope_x - curve_x * slope_y) / determinant
-    return min(max(x, -1.0), 1.0), min(max(y, -1.0), 1.0)
+    return x, y
 
 
 @njit(cache=True, parallel=True)
@@ -177,37 +193,59 @@ def resample_through(
     values, visible : (height, width) float32
         Zero where the picture or its mask does not reach.
     """
-    values = np.zeros((height, width), np.float32)
-    visible = np.zeros((height, width), np.float32)
-    rows, cols = coefficients.shape[0], coefficients.shape[1]
+    values = np.empty((height, width), np.float32)
+    visible = np.empty((height, width), np.float32)
     for i in prange(height):
         y = ((i + 0.5) / scale - 0.5 - origin[1]) / spacing
-        if not (1.0 <= y <= rows - 2.0):
-            continue
-        row = min(int(y), rows - 3)
-        line = np.zeros((cols, 2))
-        for j in range(4):
-            line += _weight(y - row, j) * coefficients[row - 1 + j]
-        for k in range(width):
-            x = ((k + 0.5) / scale - 0.5 - origin[0]) / spacing
-            if not (1.0 <= x <= cols - 2.0):
-                continue
-            col = min(int(x), cols - 3)
-            u, v = 0.0, 0.0
-            for j in range(4):
-                weight = _weight(x - col, j)
-                u += weight * line[col - 1 + j, 0]
-                v += weight * line[col - 1 + j, 1]
-            if not (0.0 <= u < picture.shape[1] - 1 and 0.0 <= v < picture.shape[0] - 1):
-                continue
-            a, b = int(v), int(u)
-            if mask[a, b] and mask[a, b + 1] and mask[a + 1, b] and mask[a + 1, b + 1]:
-                s, t = u - b, v - a
-                upper = (1.0 - s) * picture[a, b] + s * picture[a, b + 1]
-                lower = (1.0 - s) * picture[a + 1, b] + s * picture[a + 1, b + 1]
-                values[i, k] = (1.0 - t) * upper + t * lower
-                visible[i, k] = 1.0
+        _resample_row(
+            coefficients, y, origin[0], spacing, picture, mask, scale, values[i], visible[i]
+        )
     return values, visible
+
+
+@njit(cache=True)
+def _resample_row(
+    coefficients: Floats,
+    y: float,
+    origin_x: float,
+    spacing: float,
+    picture: Greys,
+    mask: Bools,
+    scale: float,
+    values: Greys,
+    visible: Greys,
+) -> None:
+    """Fill in one row of the result, at y in units of the grid of coefficients."""
+    values[:], visible[:] = 0.0, 0.0
+    rows, cols = coefficients.shape[0], coefficients.shape[1]
+    if not (1.0 <= y <= rows - 2.0):
+        return
+    row = min(int(y), rows - 3)
+    line = np.zeros((cols, 2))
+    for c in range(cols):
+        for j in range(4):
+            weight = _weight(y - row, j)
+            line[c, 0] += weight * coefficients[row - 1 + j, c, 0]
+            line[c, 1] += weight * coefficients[row - 1 + j, c, 1]
+    for k in range(values.size):
+        x = ((k + 0.5) / scale - 0.5 - origin_x) / spacing
+        if not (1.0 <= x <= cols - 2.0):
+            continue
+        col = min(int(x), cols - 3)
+        u, v = 0.0, 0.0
+        for j in range(4):
+            weight = _weight(x - col, j)
+            u += weight * line[col - 1 + j, 0]
+            v += weight * line[col - 1 + j, 1]
+        if not (0.0 <= u < picture.shape[1] - 1 and 0.0 <= v < picture.shape[0] - 1):
+            continue
+        a, b = int(v), int(u)
+        if mask[a, b] and mask[a, b + 1] and mask[a + 1, b] and mask[a + 1, b + 1]:
+            s, t = u - b, v - a
+            upper = (1.0 - s) * picture[a, b] + s * picture[a, b + 1]
+            lower = (1.0 - s) * picture[a + 1, b] + s * picture[a + 1, b + 1]
+            values[k] = (1.0 - t) * upper + t * lower
+            visible[k] = 1.0
 
 
 @njit(cache=True, inline="always")

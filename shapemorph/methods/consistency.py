@@ -1,5 +1,7 @@
 """Which pairs agree with their neighbours."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
@@ -7,6 +9,7 @@ from shapemorph.kernels.local_fit import fit_locally
 
 ROUNDS = 3  # outliers that leave uncover others
 DIRECTIONS = 8  # half planes that a point beside a kink may agree with
+LEAST_AREA = 0.02  # of the local map: less is folded or crushed
 
 
 def frame_support(
@@ -55,19 +58,14 @@ def frame_support(
 
 
 def consistent_pairs(
-    source: Floats,
-    target: Floats,
-    *,
-    neighbours: int,
-    tolerance: float,
-    cap: float,
-    base: Floats | None = None,
+    source: Floats, target: Floats, *, neighbours: int, tolerance: float, cap: float
 ) -> Bools:
     """Tell which pairs their neighbours predict, each without itself.
 
     A robust quadratic surface through the neighbours predicts each pair; a pair that it
     misses may still agree with a plane through the nearest, or with the neighbours on one
     side, as beside a kink of the map. Repeated, since outliers that leave uncover others.
+    A local map that turns the picture over is never agreed with.
 
     Parameters
     ----------
@@ -78,66 +76,68 @@ def consistent_pairs(
         Misfit that is always allowed, px of the target.
     cap : float
         Misfit that is never allowed; between the two, three times the neighbours' own.
-    base : (2, 2) or None
-        Added to the gradient before its determinant is checked (the identity, where
-        `target` is a displacement).
 
     Returns
     -------
     (N,) bool
     """
     keep = np.arange(len(source))
+    doubted = np.ones(len(source), bool)
     for _ in range(ROUNDS):
-        if len(keep) < neighbours // 2:
-            break
-        good = _one_round(
-            source[keep],
-            target[keep],
-            neighbours,
-            (tolerance, cap),
-            np.zeros((2, 2)) if base is None else base,
-        )
-        keep = keep[good]
+        if len(keep) <= neighbours // 2:
+            return np.zeros(len(source), bool)
+        count = min(2 * neighbours, len(keep) - 1) + 1
+        near = _neighbours(source[keep], source[keep], count)[:, 1:]
+        circle = _Circle(source[keep], target[keep], near, tolerance, cap)
+        good = _agreeing(circle, np.flatnonzero(doubted[keep]), neighbours)
         if good.all():
             break
+        doubted[keep] = ~good[near[:, :neighbours]].all(axis=1)
+        keep = keep[good]
     result = np.zeros(len(source), bool)
     result[keep] = True
     return result
 
 
-def _one_round(
-    source: Floats, target: Floats, neighbours: int, limits: tuple[float, float], base: Floats
-) -> Bools:
-    near = _neighbours(source, source, min(2 * neighbours, len(source) - 1) + 1)[:, 1:]
-    everything = np.arange(len(source))
-    good = np.zeros(len(source), bool)
-    attempts = [(6, neighbours, np.zeros(2)), (3, neighbours // 2, np.zeros(2))]
+@dataclass(frozen=True, slots=True, eq=False)
+class _Circle:
+    """Pairs with their neighbours, nearest first, and what counts as agreement."""
+
+    source: Floats
+    target: Floats
+    near: Ints
+    tolerance: float
+    cap: float
+
+    def agrees(self, asked: Ints, terms: int, count: int, side: Floats) -> Bools:
+        """Whether a polynomial through (up to `count`) neighbours on a side predicts a pair."""
+        predicted, gradient, spread = fit_locally(
+            self.source,
+            self.target,
+            self.near[asked],
+            self.source[asked],
+            np.tile(side, (len(asked), 1)),
+            count,
+            terms,
+            0.1 * self.tolerance,
+        )
+        misfit = np.linalg.norm(predicted - self.target[asked], axis=1)
+        limit = np.clip(3.0 * spread, self.tolerance, self.cap)
+        agrees: Bools = (misfit < limit) & (_determinant(gradient) > LEAST_AREA)
+        return agrees
+
+
+def _agreeing(circle: _Circle, doubted: Ints, neighbours: int) -> Bools:
+    """Which pairs agree with their neighbours in one way or another; only doubted are asked."""
     angles = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    attempts += [(3, neighbours // 2, np.array([np.cos(a), np.sin(a)])) for a in angles]
+    sides = [np.zeros(2)] + [np.array([np.cos(angle), np.sin(angle)]) for angle in angles]
+    attempts = [(6, neighbours, sides[0])] + [(3, neighbours // 2, side) for side in sides]
+    good = np.ones(len(circle.source), bool)
     for terms, count, side in attempts:
-        left = everything[~good]
-        good[left] = _agrees(source, target, near[left], left, (terms, count, side), limits, base)
+        agreed = circle.agrees(doubted, terms, count, side)
+        good[doubted] = agreed
+        doubted = doubted[~agreed]
     return good
-
-
-def _agrees(
-    source: Floats,
-    target: Floats,
-    near: Ints,
-    asked: Ints,
-    attempt: tuple[int, int, Floats],
-    limits: tuple[float, float],
-    base: Floats,
-) -> Bools:
-    terms, count, side = attempt
-    sides = np.tile(side, (len(asked), 1))
-    predicted, gradient, spread = fit_locally(
-        source, target, near, source[asked], sides, count, terms, 0.1 * limits[0]
-    )
-    misfit = np.linalg.norm(predicted - target[asked], axis=1)
-    sound = _determinant(gradient + base) > 0.02
-    agrees: Bools = (misfit < np.clip(3.0 * spread, *limits)) & sound
-    return agrees
 
 
 def _determinant(matrices: Floats) -> Floats:

@@ -67,7 +67,7 @@ def detect_features(
 def _budget(view: View, cell: float, per_cell: int) -> int:
     """Features worth computing in a view: somewhat more than its cells will keep."""
     area = view.mask.sum() / abs(np.linalg.det(view.matrix[:, :2]))
-    return int(1.6 * per_cell * area / cell**2) + 50
+    return int(1.4 * per_cell * area / cell**2) + 50
 
 
 def _detect(view: View, contrast: float, budget: int) -> tuple[Floats, Greys]:

@@ -13,7 +13,7 @@ from shapemorph.methods.warping import warp_points
 
 CANDIDATES = 10.0 ** np.arange(-5, 1.1)
 SAMPLE = 250  # points that cross validation leaves out, one at a time
-REWEIGHTINGS = 3
+REWEIGHTINGS = 2
 OUTLIER_SCALES = 4.0
 KINK_ALLOWANCE = 0.05  # misfit, in spacings, that a kink of the map may cause
 

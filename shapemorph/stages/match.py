@@ -1,6 +1,7 @@
 """Stage `match`: two pictures of one material to pairs of points and smooth warps."""
 
 import logging
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,16 +27,16 @@ _log = logging.getLogger(__name__)
 # of them) unless they say px.
 LIGHT_WINDOW = 24.0
 SPECKLE_WINDOW = 60.0
-VIEW_STD = 2.0  # px
+VIEW_STD = 1.6  # px
 CELL = 20.0
-PER_CELL = (8.0, 12.8)
-MOST_FEATURES = (9000, 14000)
+PER_CELL = (6.0, 9.6)
+MOST_FEATURES = (6000, 9600)
 SAME_PLACE = 1.5
 NEIGHBOURS = (16, 24)  # that vote, that predict
 SUPPORT = 0.25
 WORK_STD = 2.0  # px: coarser speckle is searched in reduced pictures
 FIRST_STEP, STEP = 10.0, 6.0
-MOST_GRID_POINTS = 12_000
+MOST_GRID_POINTS = 8_000
 WINDOW = 14.0
 FIRST_RADIUS, RADIUS = 4.0, 2.0
 LEAST_INSIDE, LEAST_ZNCC = 0.4, 0.6
@@ -89,7 +90,8 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
     StageError
         If a picture is blank or too few pairs agree with each other.
     """
-    left, right = _measure(reference, "reference"), _measure(deformed, "deformed")
+    with ThreadPoolExecutor(2) as pool:
+        left, right = pool.map(_measure, (reference, deformed), ("reference", "deformed"))
     pairs = _first_pairs(left, right, config)
     first_source, first_target = pairs.source, pairs.target
     settled = np.inf
@@ -126,8 +128,12 @@ def _measure_once(image: GreyImage, light: int, window: float, name: str) -> _Si
 def _first_pairs(left: _Side, right: _Side, config: MatchConfig) -> _Pairs:
     """Features that look alike and agree with their neighbours."""
     growth = (right.std / left.std) ** 2
-    ours = _features(left, PER_CELL[0] * np.sqrt(np.clip(growth, 1, 4)), MOST_FEATURES[0])
-    theirs = _features(right, PER_CELL[1] * np.clip(1 / growth, 1, 4), MOST_FEATURES[1])
+    with ThreadPoolExecutor(2) as pool:
+        per_cell = (
+            PER_CELL[0] * np.sqrt(np.clip(growth, 1, 4)),
+            PER_CELL[1] * np.clip(1 / growth, 1, 4),
+        )
+        ours, theirs = pool.map(_features, (left, right), per_cell, MOST_FEATURES)
     i, j = match_descriptors(ours, theirs, ratio=config.ratio, apart=SAME_PLACE * right.std)
     source, target = ours.points[i], theirs.points[j]
     counts = {
@@ -195,17 +201,17 @@ def _search_round(
     source, target, shift = _with_features(found, pairs.fit.warp, features, 1.25 * step)
     good = consistent_pairs(
         source,
-        shift,
+        source + shift,
         neighbours=NEIGHBOURS[1],
         tolerance=0.5 * left.std,
         cap=left.std,
-        base=np.eye(2),
     )
     source, target = source[good], target[good]
     counts["kept"] = len(source)
     _require(len(source), counts, config)
     _require_found(counts)
-    return _Pairs(source, target, _fit(left, source, target, 2 * step), counts)
+    smoothing = pairs.fit.smoothing if number else None  # chosen once for grid points
+    return _Pairs(source, target, _fit(left, source, target, 2 * step, smoothing), counts)
 
 
 def _with_features(
@@ -224,14 +230,16 @@ def _with_features(
     )
 
 
-def _fit(side: _Side, source: Floats, target: Floats, spacing: float) -> WarpFit:
+def _fit(
+    side: _Side, source: Floats, target: Floats, spacing: float, smoothing: float | None = None
+) -> WarpFit:
     high = np.array(side.pattern.shape[::-1]) - 1.0
     return fit_warp_checked(
         source,
         target,
         extent=(-np.full(2, spacing), high + spacing),
         spacing=spacing,
-        smoothing=None,
+        smoothing=smoothing,
     )
 
 
@@ -263,7 +271,9 @@ def _finish(left: _Side, right: _Side, pairs: _Pairs, settled: float) -> Matches
     forward = pairs.fit.warp
     _targets, gradient = warp_points(forward, pairs.source)
     growth = float(np.sqrt(np.median(np.abs(np.linalg.det(gradient)))))
-    backward = _fit(right, pairs.target, pairs.source, forward.spacing * growth)
+    backward = _fit(
+        right, pairs.target, pairs.source, forward.spacing * growth, pairs.fit.smoothing
+    )
     return Matches(
         reference_px=pairs.source,
         deformed_px=pairs.target,
