@@ -1,5 +1,7 @@
 """Pictures of shapes, rendered off screen."""
 
+import ctypes
+import ctypes.util
 import os
 import sys
 from dataclasses import dataclass
@@ -16,6 +18,7 @@ from shapemorph.view.style import BARE, PAPER, ColourScale, reduced
 
 Pixels = np.ndarray[tuple[int, int, int], np.dtype[np.uint8]]
 
+_WINDOW, _EGL = "VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow"
 MAX_TEXTURE = 2048
 """Larger textures are reduced to this width: pictures of shapes are smaller still."""
 LIFT_SHARE = 0.01
@@ -37,6 +40,9 @@ class Picture:
     mm_per_px: float
 
 
+ADVICE = "run `shapemorph doctor` to see what is missing, or set report.figures to false"
+
+
 def import_pyvista() -> Any:
     """Import pyvista such that it asks for no screen.
 
@@ -44,10 +50,41 @@ def import_pyvista() -> Any:
     and does not complain about a missing X server.
     """
     if sys.platform.startswith("linux"):
-        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+        os.environ.setdefault(_WINDOW, _EGL)
     import pyvista
 
     return pyvista
+
+
+def open_window() -> Any:
+    """Open a pyvista plotter off screen, unless rendering in it would end the process.
+
+    Where EGL or its driver is missing, VTK falls back to OSMesa and crashes at the first
+    picture when that is missing too.
+
+    Raises
+    ------
+    StageError
+        There is no OpenGL to draw with.
+    """
+    pyvista = import_pyvista()
+    wants_egl = os.environ.get(_WINDOW) == _EGL
+    if wants_egl and not _loads("libEGL.so.1"):
+        raise StageError(f"expected OpenGL to draw pictures, found no libEGL.so.1: {ADVICE}")
+    plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64), lighting="none")
+    kind = plotter.render_window.GetClassName()
+    if kind == "vtkOSOpenGLRenderWindow" and ctypes.util.find_library("OSMesa") is None:
+        raise StageError(f"expected OpenGL to draw pictures, found no driver: {ADVICE}")
+    return plotter
+
+
+def _loads(library: str) -> bool:
+    """Whether the system has a shared library."""
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
 
 
 def require_picture(pixels: Pixels | None, name: str) -> Pixels:
@@ -59,11 +96,10 @@ def require_picture(pixels: Pixels | None, name: str) -> Pixels:
         Off-screen rendering gave nothing or one colour only: VTK does so, without an
         error, where the system has no OpenGL.
     """
-    advice = "run `shapemorph doctor` to see what is missing, or set report.figures to false"
     if pixels is None or pixels.size == 0:
-        raise StageError(f"expected a rendered picture of {name}, got none: {advice}")
+        raise StageError(f"expected a rendered picture of {name}, got none: {ADVICE}")
     if (pixels == pixels[0, 0]).all():
-        raise StageError(f"expected a rendered picture of {name}, got a blank one: {advice}")
+        raise StageError(f"expected a rendered picture of {name}, got a blank one: {ADVICE}")
     return pixels
 
 
@@ -74,14 +110,13 @@ class Scene:
     """
 
     def __init__(self) -> None:
-        pyvista = import_pyvista()
         self._name = "nothing"
         self._bare: Any = None
         self._corners: list[Floats] = []
-        self._plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64), lighting="none")
+        self._plotter = open_window()
         self._plotter.background_color = PAPER
         self._plotter.render_window.SetMultiSamples(0)  # three times faster in software
-        self._plotter.add_light(pyvista.Light(light_type="headlight"))
+        self._plotter.add_light(import_pyvista().Light(light_type="headlight"))
         self._plotter.enable_parallel_projection()
 
     def __enter__(self) -> Self:

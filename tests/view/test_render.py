@@ -116,3 +116,11 @@ def test_nothing_in_the_picture_is_an_error_that_names_the_doctor(scene):
 def test_no_screenshot_at_all_is_the_same_error():
     with pytest.raises(StageError, match="shapemorph doctor"):
         require_picture(None, "a plate")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is of Linux")
+def test_a_machine_without_egl_gets_a_message_not_a_crash(monkeypatch):
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    monkeypatch.setattr(render, "_loads", lambda library: library != "libEGL.so.1")
+    with pytest.raises(StageError, match=r"found no libEGL\.so\.1: run `shapemorph doctor`"):
+        Scene()
