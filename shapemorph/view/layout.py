@@ -13,6 +13,7 @@ from shapemorph.view.style import (
     draw_scale_bar,
     new_figure,
     place_axes,
+    place_pixels,
     write_text,
 )
 
@@ -90,8 +91,6 @@ def _place_view(
 ) -> None:
     """Draw one picture, standing on the floor of its row, with scale bar and caption."""
     tall, wide = picture.pixels.shape[:2]
-    axes = place_axes(figure, left, top + height - tall, wide, tall)
-    axes.imshow(picture.pixels, interpolation="nearest", aspect="auto")
-    axes.set_axis_off()
+    place_pixels(figure, left, top + height - tall, picture.pixels)
     draw_scale_bar(figure, left, top + height + 14, picture.mm_per_px, wide)
     write_text(figure, left + 0.35 * wide, top + height + 18, caption, size=SMALL, colour=FAINT)

@@ -22,6 +22,7 @@ from shapemorph.view.style import (
     draw_colour_bar,
     new_figure,
     place_axes,
+    place_patch,
     reduced,
     write_text,
 )
@@ -181,9 +182,7 @@ def _draw_status_key(figure: "Figure", box: Box, status: Codes) -> None:
     counts.pop(PointStatus.OUTSIDE_MASK.name, None)
     for row, (name, count) in enumerate(counts.items()):
         left, top = box[0] + box[2] + 14, box[1] + 44 * row
-        patch = place_axes(figure, left, top + 2, 14, 14)
-        patch.set_facecolor(STATUS_COLOURS[PointStatus[name]])
-        patch.set(xticks=[], yticks=[])
+        place_patch(figure, (left, top + 2, 14, 14), STATUS_COLOURS[PointStatus[name]])
         write_text(figure, left + 20, top, STATUS_WORDS[PointStatus[name]], size=SMALL * 0.8)
         write_text(figure, left + 20, top + 18, str(count), size=SMALL * 0.8, colour=FAINT)
 

@@ -1,7 +1,7 @@
 """How pictures look: colours that everybody can tell apart, type, scale bars."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -143,6 +143,28 @@ def place_axes(figure: "Figure", left: float, top: float, width: float, height: 
     across, down = figure.get_size_inches() * DPI
     box = (left / across, 1 - (top + height) / down, width / across, height / down)
     return figure.add_axes(box)
+
+
+def place_pixels(
+    figure: "Figure", left: int, top: int, pixels: np.ndarray[tuple[int, int, int], Any]
+) -> None:
+    """Put a picture (H, W, 3) into a figure, pixel by pixel, px from its upper left corner."""
+    down = round(figure.get_size_inches()[1] * DPI)
+    figure.figimage(pixels, xo=left, yo=down - top - pixels.shape[0])
+
+
+def place_patch(figure: "Figure", box: tuple[float, float, float, float], colour: str) -> None:
+    """Fill a rectangle (left, top, width, height), px from the upper left corner."""
+    from matplotlib.patches import Rectangle
+
+    across, down = figure.get_size_inches() * DPI
+    left, top, width, height = box
+    corner = (left / across, 1 - (top + height) / down)
+    patch = Rectangle(
+        corner, width / across, height / down, facecolor=colour, edgecolor=FAINT, linewidth=0.8
+    )
+    patch.set_transform(figure.transFigure)
+    figure.add_artist(patch)
 
 
 def write_text(  # noqa: PLR0913  # where, what, and three ways to look
