@@ -133,6 +133,26 @@ def find(
 
 
 @njit(cache=True, parallel=True)
+def _locate_all(
+    px: Floats,
+    faces: Ints,
+    sign: float,
+    grid: Floats,
+    cols: int,
+    starts: Ints,
+    items: Ints,
+    points: Floats,
+    triangle: Ints,
+    barycentric: Floats,
+) -> None:
+    for n in prange(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        k = find(px, faces, sign, grid, cols, starts, items, x, y)
+        if k >= 0:
+            triangle[n] = k
+            barycentric[n, 0], barycentric[n, 1] = weights(px, faces, k, x, y)
+
+
 def locate(
     px: Floats,
     faces: Ints,
@@ -160,10 +180,5 @@ def locate(
     """
     triangle = np.full(len(points), -1, np.int64)
     barycentric = np.full((len(points), 2), np.nan)
-    for n in prange(len(points)):
-        x, y = points[n, 0], points[n, 1]
-        k = find(px, faces, sign, grid, cols, starts, items, x, y)
-        if k >= 0:
-            triangle[n] = k
-            barycentric[n, 0], barycentric[n, 1] = weights(px, faces, k, x, y)
+    _locate_all(px, faces, sign, grid, cols, starts, items, points, triangle, barycentric)
     return triangle, barycentric

@@ -12,50 +12,34 @@ triangle.
 import numpy as np
 from numba import njit
 
-from shapemorph.core.arrays import Floats
-
 SPLITTER = 134217729.0  # 2^27 + 1 halves the digits of a double
 ROUND_OFF = 3.3306690738754716e-16  # (3 + 16 u) u with u = 2^-53, of the fast formula
 
 
 @njit(cache=True)
-def _add_term(expansion: Floats, count: int, term: float) -> None:
-    """Add one number to an expansion of `count` numbers, without error."""
-    carry = term
-    for i in range(count):
-        total = carry + expansion[i]
-        virtual = total - carry
-        expansion[i] = (carry - (total - virtual)) + (expansion[i] - virtual)
-        carry = total
-    expansion[count] = carry
-
-
-@njit(cache=True)
-def _add_product(expansion: Floats, count: int, a: float, b: float) -> None:
-    """Add a product to an expansion of `count` numbers, which grows by two."""
-    product = a * b
-    big = SPLITTER * a
-    a_high = big - (big - a)
-    big = SPLITTER * b
-    b_high = big - (big - b)
-    a_low, b_low = a - a_high, b - b_high
-    rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
-    _add_term(expansion, count, rest)
-    _add_term(expansion, count + 1, product)
-
-
-@njit(cache=True)
 def _exact_side(ax: float, ay: float, bx: float, by: float, px: float, py: float) -> float:
-    expansion = np.zeros(12)
-    _add_product(expansion, 0, ax, by)
-    _add_product(expansion, 2, -ax, py)
-    _add_product(expansion, 4, -px, by)
-    _add_product(expansion, 6, -ay, bx)
-    _add_product(expansion, 8, ay, px)
-    _add_product(expansion, 10, py, bx)
+    """Sum the six products without error; the largest part has the sign of the sum."""
+    left = np.array((ax, -ax, -px, -ay, ay, py))
+    right = np.array((by, py, by, bx, px, bx))
+    parts = np.zeros(12)
+    for k in range(6):
+        a, b = left[k], right[k]
+        a_high, b_high = SPLITTER * a, SPLITTER * b
+        a_high, b_high = a_high - (a_high - a), b_high - (b_high - b)
+        a_low, b_low = a - a_high, b - b_high
+        product = a * b
+        rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+        for term in range(2):
+            carry = rest if term == 0 else product
+            for i in range(2 * k + term):
+                total = carry + parts[i]
+                virtual = total - carry
+                parts[i] = (carry - (total - virtual)) + (parts[i] - virtual)
+                carry = total
+            parts[2 * k + term] = carry
     for i in range(11, -1, -1):
-        if expansion[i] != 0.0:
-            return float(expansion[i])
+        if parts[i] != 0.0:
+            return float(parts[i])
     return 0.0
 
 

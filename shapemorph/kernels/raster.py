@@ -7,7 +7,7 @@ the result does not depend on the number of threads.
 import numpy as np
 from numba import njit, prange
 
-from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.arrays import Floats, Ints
 from shapemorph.kernels.orientation import owns, side
 
 Triangles = np.ndarray[tuple[int, int], np.dtype[np.int32]]
@@ -40,10 +40,76 @@ def _sort_into_bands(px: Floats, faces: Ints, height: int) -> tuple[Ints, Ints]:
     return starts, items
 
 
+@njit(cache=True)
+def _paint_band(
+    px: Floats,
+    faces: Ints,
+    sign: float,
+    some: Ints,
+    first_row: int,
+    end_row: int,
+    triangle: Triangles,
+    barycentric: Floats,
+) -> int:
+    """Give the pixels of a band of rows to some triangles; count those claimed again."""
+    width, claimed_again = triangle.shape[1], 0
+    for k in some:
+        ax, ay = px[faces[k, 0], 0], px[faces[k, 0], 1]
+        bx, by = px[faces[k, 1], 0], px[faces[k, 1], 1]
+        cx, cy = px[faces[k, 2], 0], px[faces[k, 2], 1]
+        area = side(ax, ay, bx, by, cx, cy)
+        if area * sign <= 0.0:
+            continue
+        top = max(first_row, int(np.ceil(min(ay, by, cy))))
+        bottom = min(end_row, int(np.floor(max(ay, by, cy))) + 1)
+        left = max(0, int(np.ceil(min(ax, bx, cx))))
+        right = min(width, int(np.floor(max(ax, bx, cx))) + 1)
+        for row in range(top, bottom):
+            y = float(row)
+            for col in range(left, right):
+                x = float(col)
+                if not (
+                    owns(sign, ax, ay, bx, by, x, y)
+                    and owns(sign, bx, by, cx, cy, x, y)
+                    and owns(sign, cx, cy, ax, ay, x, y)
+                ):
+                    continue
+                if triangle[row, col] >= 0:
+                    claimed_again += 1
+                    continue
+                triangle[row, col] = k
+                barycentric[row, col, 0] = side(cx, cy, ax, ay, x, y) / area
+                barycentric[row, col, 1] = side(ax, ay, bx, by, x, y) / area
+    return claimed_again
+
+
 @njit(cache=True, parallel=True)
+def _paint(
+    px: Floats,
+    faces: Ints,
+    sign: float,
+    starts: Ints,
+    items: Ints,
+    triangle: Triangles,
+    barycentric: Floats,
+    overlaps: Ints,
+) -> None:
+    for band in prange(len(overlaps)):
+        overlaps[band] = _paint_band(
+            px,
+            faces,
+            sign,
+            items[starts[band] : starts[band + 1]],
+            band * ROWS_PER_BAND,
+            min((band + 1) * ROWS_PER_BAND, len(triangle)),
+            triangle,
+            barycentric,
+        )
+
+
 def rasterise(
     px: Floats, faces: Ints, sign: float, height: int, width: int
-) -> tuple[Triangles, Floats, Ints]:
+) -> tuple[Triangles, Floats, int]:
     """Find the triangle under every pixel centre.
 
     Parameters
@@ -62,68 +128,12 @@ def rasterise(
         -1 where there is none; where several overlap, the first.
     barycentric : (H, W, 2)
         Weights of the second and third corner; NaN where there is none.
-    overlaps : (B,)
-        Times that a triangle found its pixel centre taken, for each band of rows.
+    overlaps : int
+        Times that a triangle found a pixel centre taken.
     """
     triangle = np.full((height, width), -1, np.int32)
     barycentric = np.full((height, width, 2), np.nan)
     starts, items = _sort_into_bands(px, faces, height)
     overlaps = np.zeros(len(starts) - 1, np.int64)
-    for band in prange(len(starts) - 1):
-        for item in range(starts[band], starts[band + 1]):
-            k = items[item]
-            ax, ay = px[faces[k, 0], 0], px[faces[k, 0], 1]
-            bx, by = px[faces[k, 1], 0], px[faces[k, 1], 1]
-            cx, cy = px[faces[k, 2], 0], px[faces[k, 2], 1]
-            area = side(ax, ay, bx, by, cx, cy)
-            if area * sign <= 0.0:
-                continue
-            top = max(band * ROWS_PER_BAND, int(np.ceil(min(ay, by, cy))))
-            bottom = min((band + 1) * ROWS_PER_BAND, height, int(np.floor(max(ay, by, cy))) + 1)
-            left = max(0, int(np.ceil(min(ax, bx, cx))))
-            right = min(width, int(np.floor(max(ax, bx, cx))) + 1)
-            for row in range(top, bottom):
-                y = float(row)
-                for col in range(left, right):
-                    x = float(col)
-                    if not (
-                        owns(sign, ax, ay, bx, by, x, y)
-                        and owns(sign, bx, by, cx, cy, x, y)
-                        and owns(sign, cx, cy, ax, ay, x, y)
-                    ):
-                        continue
-                    if triangle[row, col] >= 0:
-                        overlaps[band] += 1
-                        continue
-                    triangle[row, col] = k
-                    barycentric[row, col, 0] = side(cx, cy, ax, ay, x, y) / area
-                    barycentric[row, col, 1] = side(ax, ay, bx, by, x, y) / area
-    return triangle, barycentric, overlaps
-
-
-@njit(cache=True)
-def fill_polygon(corners: Floats, height: int, width: int) -> Bools:
-    """Mark the pixel centres inside a polygon (even-odd rule).
-
-    Parameters
-    ----------
-    corners : (K, 2)
-        (x, y) in px, pixel centres at integers.
-    """
-    inside = np.zeros((height, width), np.bool_)
-    count = len(corners)
-    crossings = np.empty(count)
-    for row in range(height):
-        found = 0
-        for k in range(count):
-            x0, y0 = corners[k, 0], corners[k, 1]
-            x1, y1 = corners[(k + 1) % count, 0], corners[(k + 1) % count, 1]
-            if (y0 <= row) != (y1 <= row):
-                crossings[found] = x0 + (row - y0) / (y1 - y0) * (x1 - x0)
-                found += 1
-        ordered = np.sort(crossings[:found])
-        for pair in range(0, found - 1, 2):
-            left = max(0, int(np.ceil(ordered[pair])))
-            right = min(width - 1, int(np.floor(ordered[pair + 1])))
-            inside[row, left : right + 1] = True
-    return inside
+    _paint(px, faces, sign, starts, items, triangle, barycentric, overlaps)
+    return triangle, barycentric, int(overlaps.sum())

@@ -39,63 +39,77 @@ def _filter_lanes(lines: Greys, repeats: int) -> None:
     """Turn samples into B-spline coefficients in place, along the first axis."""
     count, lanes = lines.shape
     pole = np.float32(POLE)
-    first = np.zeros(lanes, np.float32)
-    for k in range(REACH, -1, -1):
-        first = pole * first + lines[_inside(-k, count, repeats)]
-    lines[0] = first
+    ending = np.float32(POLE / (POLE * POLE - 1.0))
+    for lane in range(lanes):
+        first = np.float32(0.0)
+        for k in range(REACH, -1, -1):
+            first = pole * first + lines[_inside(-k, count, repeats), lane]
+        lines[0, lane] = first
     for i in range(1, count):
         for lane in range(lanes):
             lines[i, lane] += pole * lines[i - 1, lane]
-    if repeats:
-        last = np.zeros(lanes, np.float32)
-        for k in range(REACH, -1, -1):
-            last = pole * (last - lines[(count - 1 + k) % count])
-        lines[count - 1] = last
-    else:
-        lines[count - 1] = (lines[count - 1] + pole * lines[count - 2]) * np.float32(
-            POLE / (POLE * POLE - 1.0)
-        )
+    for lane in range(lanes):
+        last = np.float32(0.0)
+        if repeats:
+            for k in range(REACH, -1, -1):
+                last = pole * (last - lines[(count - 1 + k) % count, lane])
+        else:
+            last = ending * (lines[count - 1, lane] + pole * lines[count - 2, lane])
+        lines[count - 1, lane] = last
     for i in range(count - 2, -1, -1):
         for lane in range(lanes):
             lines[i, lane] = pole * (lines[i + 1, lane] - lines[i, lane])
 
 
-@njit(cache=True, parallel=True)
-def _filter_along_first_axis(picture: Greys, repeats: int) -> None:
-    """Filter blocks of columns, each copied to where it fits the cache."""
-    count, lanes = picture.shape
-    if count == 1:
-        return
-    for block in prange((lanes + LANES - 1) // LANES):
-        first, last = block * LANES, min((block + 1) * LANES, lanes)
-        lines = np.empty((count, last - first), np.float32)
-        for i in range(count):
-            for lane in range(last - first):
-                lines[i, lane] = np.float32(6.0) * picture[i, first + lane]
-        _filter_lanes(lines, repeats)
-        for i in range(count):
-            for lane in range(last - first):
-                picture[i, first + lane] = lines[i, lane]
-
-
-def to_coefficients(picture: Greys, repeats: int) -> None:
-    """Turn a picture into its cubic B-spline coefficients, in place."""
-    _filter_along_first_axis(picture, repeats)
-    _filter_along_first_axis(picture.T, repeats)
+@njit(cache=True)
+def _filter_block(
+    texels: Greys, start: int, count: int, lanes: int, step: int, lane_step: int, repeats: int
+) -> None:
+    """Filter some lines, copied to where they fit the cache."""
+    lines = np.empty((count, lanes), np.float32)
+    for i in range(count):
+        for lane in range(lanes):
+            lines[i, lane] = np.float32(6.0) * texels[start + i * step + lane * lane_step]
+    _filter_lanes(lines, repeats)
+    for i in range(count):
+        for lane in range(lanes):
+            texels[start + i * step + lane * lane_step] = lines[i, lane]
 
 
 @njit(cache=True, parallel=True)
+def _filter(texels: Greys, height: int, width: int, repeats: int) -> None:
+    if height > 1:
+        for block in prange((width + LANES - 1) // LANES):
+            start = block * LANES
+            lanes = min(LANES, width - start)
+            _filter_block(texels, start, height, lanes, width, 1, repeats)
+    if width > 1:
+        for block in prange((height + LANES - 1) // LANES):
+            start = block * LANES
+            lanes = min(LANES, height - start)
+            _filter_block(texels, start * width, width, lanes, 1, width, repeats)
+
+
+def to_coefficients(picture: Greys, repeats: int) -> Greys:
+    """Turn a picture (H, W) into its cubic B-spline coefficients (H, W).
+
+    Beyond its border the picture goes on mirrored, or again from the other side where
+    `repeats` is 1.
+    """
+    texels = picture.flatten()
+    _filter(texels, picture.shape[0], picture.shape[1], repeats)
+    return texels.reshape(picture.shape)
+
+
 def reduce_by_two(picture: Greys) -> Greys:
-    """Average boxes of 2 x 2 texels; what is left over at the end stands for itself."""
+    """Average boxes of 2 x 2 texels; an odd last row or column stands for its pair."""
     height, width = picture.shape
-    reduced = np.empty(((height + 1) // 2, (width + 1) // 2), np.float32)
-    for row in prange(reduced.shape[0]):
-        above, below = 2 * row, min(2 * row + 1, height - 1)
-        for col in range(reduced.shape[1]):
-            left, right = 2 * col, min(2 * col + 1, width - 1)
-            total = picture[above, left] + picture[above, right]
-            reduced[row, col] = (total + picture[below, left] + picture[below, right]) / 4.0
-    return reduced
+    even = np.pad(picture, ((0, height % 2), (0, width % 2)), mode="edge")
+    total = even[::2, ::2] + even[::2, 1::2]
+    total += even[1::2, ::2]
+    total += even[1::2, 1::2]
+    total *= np.float32(0.25)
+    return total
 
 
 @njit(cache=True)
@@ -139,9 +153,9 @@ def _count_samples(texels: float) -> int:
 
 @njit(cache=True, inline="always")
 def _texels_along(gradient: Floats, x: float, y: float) -> float:
-    return np.hypot(
-        gradient[0, 0] * x + gradient[0, 1] * y, gradient[1, 0] * x + gradient[1, 1] * y
-    )
+    along_u = gradient[0, 0] * x + gradient[0, 1] * y
+    along_v = gradient[1, 0] * x + gradient[1, 1] * y
+    return float(np.hypot(along_u, along_v))
 
 
 @njit(cache=True, inline="always")
@@ -223,6 +237,58 @@ def _mean_grey(
 
 
 @njit(cache=True, parallel=True)
+def _shade_all(
+    points: Floats,
+    footprints: Floats,
+    hints: Ints,
+    px: Floats,
+    faces: Ints,
+    sign: float,
+    grid: Floats,
+    cols: int,
+    starts: Ints,
+    items: Ints,
+    corner_values: Floats,
+    gradients: Floats,
+    textures: Ints,
+    texels: Greys,
+    table: Ints,
+    base: int,
+    repeats: Ints,
+    grey: Greys,
+    triangle: Ints,
+) -> None:
+    for n in prange(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        k = hints[n] if len(hints) > 0 else -1
+        if k < 0:
+            k = find(px, faces, sign, grid, cols, starts, items, x, y)
+        if k < 0:
+            continue
+        triangle[n] = k
+        mean = _mean_grey(
+            x,
+            y,
+            footprints[min(np.int64(n), np.int64(len(footprints) - 1))],
+            k,
+            px,
+            faces,
+            sign,
+            grid,
+            cols,
+            starts,
+            items,
+            corner_values,
+            gradients,
+            textures,
+            texels,
+            table,
+            base,
+            repeats,
+        )
+        grey[n] = min(max(mean, 0.0), 1.0)
+
+
 def shade(
     points: Floats,
     footprints: Floats,
@@ -280,35 +346,27 @@ def shade(
     """
     grey = np.full(len(points), np.nan, np.float32)
     triangle = np.full(len(points), -1, np.int64)
-    for n in prange(len(points)):
-        x, y = points[n, 0], points[n, 1]
-        k = hints[n] if len(hints) > 0 else -1
-        if k < 0:
-            k = find(px, faces, sign, grid, cols, starts, items, x, y)
-        if k < 0:
-            continue
-        triangle[n] = k
-        mean = _mean_grey(
-            x,
-            y,
-            footprints[min(np.int64(n), len(footprints) - 1)],
-            k,
-            px,
-            faces,
-            sign,
-            grid,
-            cols,
-            starts,
-            items,
-            corner_values,
-            gradients,
-            textures,
-            texels,
-            table,
-            base,
-            repeats,
-        )
-        grey[n] = min(max(mean, 0.0), 1.0)
+    _shade_all(
+        points,
+        footprints,
+        hints,
+        px,
+        faces,
+        sign,
+        grid,
+        cols,
+        starts,
+        items,
+        corner_values,
+        gradients,
+        textures,
+        texels,
+        table,
+        base,
+        repeats,
+        grey,
+        triangle,
+    )
     return grey, triangle
 
 
@@ -337,10 +395,21 @@ def _mean_of_picture(
                 (x + 0.5) * shrink - 0.5,
                 (y + 0.5) * shrink - 0.5,
             )
-    return total / (across * down)
+    return float(total / (across * down))
 
 
 @njit(cache=True, parallel=True)
+def _resample_all(
+    points: Floats, footprints: Floats, texels: Greys, table: Ints, grey: Greys
+) -> None:
+    height, width = table[0, 1], table[0, 2]
+    for n in prange(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        if -0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5:
+            mean = _mean_of_picture(x, y, footprints[n], texels, table)
+            grey[n] = min(max(mean, 0.0), 1.0)
+
+
 def resample(points: Floats, footprints: Floats, texels: Greys, table: Ints) -> Greys:
     """Average a picture over parallelograms.
 
@@ -361,10 +430,5 @@ def resample(points: Floats, footprints: Floats, texels: Greys, table: Ints) -> 
         NaN where the centre lies beyond the picture's border.
     """
     grey = np.full(len(points), np.nan, np.float32)
-    height, width = table[0, 1], table[0, 2]
-    for n in prange(len(points)):
-        x, y = points[n, 0], points[n, 1]
-        if -0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5:
-            mean = _mean_of_picture(x, y, footprints[n], texels, table)
-            grey[n] = min(max(mean, 0.0), 1.0)
+    _resample_all(points, footprints, texels, table, grey)
     return grey

@@ -6,7 +6,7 @@ from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import CalibratedImage, Chart, GreyImage
 from shapemorph.core.mesh import TexturedMesh
-from shapemorph.kernels.raster import rasterise
+from shapemorph.kernels.raster import Triangles, rasterise
 from shapemorph.methods.charting import picture_shape
 from shapemorph.methods.distortion import chart_handedness
 from shapemorph.methods.shading import prepare_shader
@@ -47,12 +47,10 @@ def calibrate(mesh: TexturedMesh, chart: Chart) -> tuple[CalibratedImage, float]
     grey = np.zeros((height, width), np.float32)
     grey[mask] = _shade_pixels(mesh, chart, triangle, mask)
     image = GreyImage(continue_outside(grey, mask), mask)
-    return CalibratedImage(image, chart, triangle, barycentric), int(overlaps.sum()) / int(
-        mask.sum()
-    )
+    return CalibratedImage(image, chart, triangle, barycentric), overlaps / int(mask.sum())
 
 
-def _shade_pixels(mesh: TexturedMesh, chart: Chart, triangle: Greys, mask: Bools) -> Greys:
+def _shade_pixels(mesh: TexturedMesh, chart: Chart, triangle: Triangles, mask: Bools) -> Greys:
     shader = prepare_shader(mesh, chart)
     rows, cols = np.nonzero(mask)
     grey = np.empty(len(rows), np.float32)

@@ -74,7 +74,8 @@ def to_principal_axes(vertices: Floats, piece: Piece, plane: Floats) -> Floats:
     along_height = ((weight * (offsets @ turned)[:, 1:]).T @ (space - space.mean(axis=0))).ravel()
     if along_height[np.abs(along_height).argmax()] < 0:
         turned = -turned
-    return (plane - centre) @ turned
+    placed: Floats = (plane - centre) @ turned
+    return placed
 
 
 def chart_at_scale(piece: Piece, plane: Floats, *, px_per_mm: float) -> Chart:

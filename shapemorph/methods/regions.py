@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from shapemorph.core.arrays import Bools
+from shapemorph.core.arrays import Bools, Floats
 from shapemorph.core.errors import ConfigError
 from shapemorph.core.image import CalibratedImage
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.region import Region
-from shapemorph.kernels.raster import fill_polygon
 from shapemorph.methods.surface_lookup import pixel_positions
 
 
@@ -44,8 +43,7 @@ def region_mask(region: Region | None, mesh: TexturedMesh, image: CalibratedImag
             )
         mask &= region.mask
     if region.polygon is not None:
-        corners = np.ascontiguousarray(region.polygon, dtype=np.float64)
-        mask &= fill_polygon(corners, height, width)
+        mask &= fill_polygon(region.polygon, mask.shape)
     if region.centre is not None and region.radius is not None:
         with np.errstate(invalid="ignore"):
             distance = np.linalg.norm(pixel_positions(mesh, image) - region.centre, axis=2)
@@ -56,3 +54,26 @@ def region_mask(region: Region | None, mesh: TexturedMesh, image: CalibratedImag
             "reference image), mask or ball (units and frame of the file)"
         )
     return mask
+
+
+def fill_polygon(corners: Floats, shape: tuple[int, int]) -> Bools:
+    """Mark the pixel centres inside a polygon (even-odd rule).
+
+    Each edge toggles everything to its right in the rows that it crosses.
+
+    Parameters
+    ----------
+    corners : (K, 2)
+        (x, y) in px, pixel centres at integers.
+    shape : (int, int)
+        Height and width.
+    """
+    height, width = shape
+    toggles = np.zeros((height, width + 1), dtype=bool)
+    rows = np.arange(height)
+    for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        crossed = rows[(y0 <= rows) != (y1 <= rows)]
+        if len(crossed):
+            x = x0 + (crossed - y0) / (y1 - y0) * (x1 - x0)
+            toggles[crossed, np.clip(np.ceil(x), 0, width).astype(int)] ^= True
+    return np.logical_xor.accumulate(toggles, axis=1)[:, :width]

@@ -8,7 +8,7 @@ from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import DataError
 from shapemorph.core.image import Chart
 from shapemorph.core.mesh import TexturedMesh
-from shapemorph.kernels.raster import rasterise
+from shapemorph.kernels.raster import Triangles, rasterise
 from shapemorph.methods.charting import chart_at_scale, picture_shape
 from shapemorph.methods.distortion import (
     chart_distortion,
@@ -47,6 +47,17 @@ class Pattern:
     chart_scale: Floats
     texels_per_mm: float
     area: float
+
+    @property
+    def typical_mm(self) -> float:
+        """Size of a speckle, median over the surface."""
+        return weighted_quantile(self.speckle_mm, self.chart_scale**-2.0, 0.5)
+
+    @property
+    def typical_chart_mm(self) -> float:
+        """Size of a speckle in the plane at scale 1, median over the surface."""
+        shown = self.speckle_mm * self.chart_scale
+        return weighted_quantile(shown, self.chart_scale**-2.0, 0.5)
 
 
 def texture_density(mesh: TexturedMesh, chart: Chart) -> float:
@@ -89,7 +100,7 @@ def measure_pattern(mesh: TexturedMesh, piece: Piece, plane: Floats) -> Pattern:
         if not np.isfinite(pattern.speckle_mm).any():
             wanted = coarsest
         else:
-            shown = float(np.nanmedian(pattern.speckle_mm * pattern.chart_scale)) * px_per_mm
+            shown = pattern.typical_chart_mm * px_per_mm
             if SHARP <= shown <= BLURRED:
                 break
             wanted = px_per_mm * np.clip(6.0 / shown, 0.25, 4.0)
@@ -120,17 +131,16 @@ def _probe(mesh: TexturedMesh, chart: Chart, finest: float) -> Pattern:
     grey = np.zeros((height, width), np.float32)
     grey[rows, cols], _ = prepare_shader(mesh, chart).shade(points, np.eye(2)[None], hints)
     scale = local_scale(chart_distortion(mesh.vertices, chart))
-    local = np.array(
-        [np.nanmedian(scale[_tile(triangle, tile)[_tile(mask, tile)]]) for tile in tiles]
-    )
+    local = np.array([_scale_of_tile(scale, triangle, row, col) for row, col in tiles])
     widths = tile_widths(grey, mask, tiles)
     area = int(mask.sum()) / chart.px_per_mm**2
     return Pattern(widths / local, local / chart.px_per_mm, finest, area)
 
 
-def _tile(picture: Floats, tile: Floats) -> Floats:
-    row, col = tile
-    return picture[row : row + TILE, col : col + TILE]
+def _scale_of_tile(scale: Floats, triangle: Triangles, row: int, col: int) -> float:
+    """Median of the local scale, px per mm, over the pixels of a tile."""
+    under = triangle[row : row + TILE, col : col + TILE]
+    return float(np.nanmedian(scale[under[under >= 0]]))
 
 
 def choose_scale(
@@ -183,13 +193,13 @@ def choose_scale(
 def _by_speckle(pattern: Pattern, speckle_px: float) -> tuple[float, str]:
     known = np.isfinite(pattern.speckle_mm)
     shown = pattern.speckle_mm[known] * pattern.chart_scale[known]
-    median, small = np.quantile(shown, [0.5, 0.05])
-    size = float(np.median(pattern.speckle_mm[known]))
+    surface = pattern.chart_scale[known] ** -2.0
+    small, median = (weighted_quantile(shown, surface, share) for share in (0.05, 0.5))
     scale = speckle_px / median
     if small * scale < LEAST_SPECKLE:
         finer = scale * min(LEAST_SPECKLE / (small * scale), MOST_FINER)
         return finer, (
-            f"a speckle of {size:.3g} mm shows {median * finer:.2g} px wide, refined so that "
-            f"it has {small * finer:.2g} px where the map shrinks the surface most"
+            f"a speckle of {pattern.typical_mm:.3g} mm shows {median * finer:.2g} px wide, refined "
+            f"so that it has {small * finer:.2g} px where the map shrinks the surface most"
         )
-    return scale, f"a speckle of {size:.3g} mm shows {speckle_px:g} px wide"
+    return scale, f"a speckle of {pattern.typical_mm:.3g} mm shows {speckle_px:g} px wide"

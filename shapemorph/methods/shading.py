@@ -197,9 +197,7 @@ def reduced_coefficients(picture: Greys, *, base: int, levels: int, repeats: int
         reduced = kernel.reduce_by_two(reduced)
     stack = []
     for _ in range(levels):
-        coefficients = reduced.copy()
-        kernel.to_coefficients(coefficients, repeats)
-        stack.append(coefficients)
+        stack.append(kernel.to_coefficients(reduced, repeats))
         reduced = kernel.reduce_by_two(reduced)
     return stack
 

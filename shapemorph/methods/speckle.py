@@ -35,7 +35,8 @@ def choose_tiles(mask: Bools) -> Ints:
     found = np.argwhere(inside >= COVERED * TILE * TILE)
     corners = np.stack([rows[found[:, 0]], cols[found[:, 1]]], axis=1)
     chosen = np.unique(np.linspace(0, len(corners) - 1, MOST_TILES).round().astype(int))
-    return corners[chosen] if len(corners) else corners
+    tiles: Ints = corners[chosen] if len(corners) else corners
+    return tiles
 
 
 def tile_widths(grey: Greys, mask: Bools, tiles: Ints) -> Floats:

@@ -85,7 +85,8 @@ def pixel_points(image: CalibratedImage) -> SurfacePoints:
 
 
 def _mesh_faces(chart: Chart, triangle: Ints) -> Ints:
-    return np.where(triangle >= 0, chart.face_ids[triangle], -1)
+    faces: Ints = np.where(triangle >= 0, chart.face_ids[triangle], -1)
+    return faces
 
 
 def _three_weights(pair: Floats) -> Floats:

@@ -76,7 +76,6 @@ def flatten_mesh(mesh: TexturedMesh, config: FlattenConfig) -> FlattenedSurface:
     chart = chart_at_scale(piece, plane, px_per_mm=px_per_mm)
     image, overlap = calibrate(mesh, chart)
     distortion = chart_distortion(mesh.vertices, chart)
-    shown = pattern.speckle_mm * pattern.chart_scale * px_per_mm
     reason = f"{why}; {scale_reason}; {_worst(distortion, px_per_mm)}"
     if overlap > MOST_LOST:
         logger.warning("%s: %.1f %% of the flattened image overlaps", mesh.name, 100 * overlap)
@@ -86,8 +85,8 @@ def flatten_mesh(mesh: TexturedMesh, config: FlattenConfig) -> FlattenedSurface:
         distortion=distortion,
         method=flattening.method,
         reason=reason,
-        speckle_px=float(np.nanmedian(shown)),
-        speckle_mm=float(np.nanmedian(pattern.speckle_mm)),
+        speckle_px=pattern.typical_chart_mm * px_per_mm,
+        speckle_mm=pattern.typical_mm,
         texels_per_px=texture_density(mesh, chart),
     )
 

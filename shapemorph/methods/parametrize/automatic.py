@@ -45,7 +45,8 @@ class Flattening:
         mended = f" ({self.mended} mended)" if self.mended else ""
         return (
             f"{NAMES[self.method]}: {self.flips} flipped triangles{mended}, "
-            f"{100 * self.overlap_share:.2g} % overlap, sigma ratio below {self.anisotropy:.3g} on 95 % of the area"
+            f"{100 * self.overlap_share:.2g} % overlap, stretched by less than "
+            f"{self.anisotropy:.3g} : 1 on 95 % of the area"
         )
 
 

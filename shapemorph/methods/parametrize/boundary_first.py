@@ -53,7 +53,7 @@ def parametrise_boundary_first(vertices: Floats, faces: Ints) -> Floats:
     to_rim = rows[:, rim]
     solve = symmetric_solver(rows[:, inner])
     log_scale = solve(angle_sum[inner] - 2 * np.pi)
-    turning = np.pi - angle_sum[rim] + to_rim.T @ log_scale
+    turning: Floats = np.pi - angle_sum[rim] + to_rim.T @ log_scale
     placed = np.empty((count, 2))
     placed[rim] = close_polygon(_edge_lengths(vertices, rim), turning)
     placed[inner] = solve(-(to_rim @ placed[rim]))
@@ -91,4 +91,5 @@ def close_polygon(lengths: Floats, turning: Floats) -> Floats:
     pull = np.linalg.solve((tangent * lengths) @ tangent.T, gap)
     closed = lengths * (1.0 - tangent.T @ pull)
     ends = np.cumsum(tangent * closed, axis=1).T
-    return np.roll(ends, 1, axis=0) - ends[-1]
+    corners: Floats = np.roll(ends, 1, axis=0) - ends[-1]
+    return corners

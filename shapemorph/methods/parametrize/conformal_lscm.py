@@ -53,4 +53,5 @@ def _far_pair(vertices: Floats, rim: Ints) -> Ints:
     points = vertices[rim]
     first = np.linalg.norm(points - points.mean(axis=0), axis=1).argmax()
     second = np.linalg.norm(points - points[first], axis=1).argmax()
-    return rim[np.array([first, second])]
+    pair: Ints = rim[np.array([first, second])]
+    return pair

@@ -22,4 +22,4 @@ def overlap_share(plane: Floats, faces: Ints) -> float:
     width, height = (np.ceil(extent / step) + 1).astype(int)
     triangle, _, overlaps = rasterise((plane - low) / step, faces, 1.0, int(height), int(width))
     covered = int((triangle >= 0).sum())
-    return int(overlaps.sum()) / covered if covered else 1.0
+    return overlaps / covered if covered else 1.0

@@ -4,22 +4,26 @@ import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.methods.distortion import singular_values
+from shapemorph.methods.parametrize.disk import boundary_loops
 from shapemorph.methods.parametrize.harmonic_disk import spread_between
+from shapemorph.methods.parametrize.holes import fan_fill, order_by_length
 
-ROUNDS = 6
+MOST_RINGS = 12
 
 
 def untangle(vertices: Floats, faces: Ints, plane: Floats) -> Floats:
     """Spread the vertices around flipped triangles evenly again.
 
     Each round takes the flipped triangles with one more ring around them, keeps the
-    outline of that patch and places the vertices within between their neighbours; it
-    counts only if it leaves fewer flips.
+    outline of every patch that they form and places the vertices within between their
+    neighbours. A patch keeps its new places if fewer of its triangles are flipped. The
+    rim stays, the edges of holes may move.
 
     Parameters
     ----------
     vertices : (V, 3)
     faces : (F, 3)
+        A disk with holes.
     plane : (V, 2)
         x right, y up.
 
@@ -27,21 +31,23 @@ def untangle(vertices: Floats, faces: Ints, plane: Floats) -> Floats:
     -------
     (V, 2)
     """
-    best, flipped = plane, flipped_faces(vertices, faces, plane)
-    for rings in range(1, ROUNDS + 1):
+    loops = order_by_length(vertices, boundary_loops(faces, name="the surface"))
+    closed, closed_faces = fan_fill(vertices, faces, loops[1:])
+    centres = [plane[hole].mean(axis=0) for hole in loops[1:]]
+    placed = np.concatenate([plane, np.reshape(centres, (-1, 2))])
+    for rings in range(1, MOST_RINGS + 1):
+        flipped = flipped_faces(closed, closed_faces, placed)
+        flipped[len(faces) :] = False
         if not flipped.any():
             break
-        tried = _spread_patch(vertices, faces, best, _grow(faces, flipped, rings))
-        still = flipped_faces(vertices, faces, tried)
-        if still.sum() < flipped.sum():
-            best, flipped = tried, still
-    return best
+        patch = _grow(closed_faces, flipped, rings)
+        placed = _spread_patches(closed, closed_faces, placed, patch, loops[0])
+    return placed[: len(vertices)]
 
 
 def flipped_faces(vertices: Floats, faces: Ints, plane: Floats) -> Bools:
     """Mark the triangles that lie upside down or have no area in the plane."""
-    flipped: Bools = singular_values(vertices, faces, plane).sigma_2 <= 0
-    return flipped
+    return np.asarray(singular_values(vertices, faces, plane).sigma_2 <= 0)
 
 
 def _grow(faces: Ints, chosen: Bools, rings: int) -> Bools:
@@ -49,26 +55,41 @@ def _grow(faces: Ints, chosen: Bools, rings: int) -> Bools:
     grown = chosen
     for _ in range(rings):
         touched[faces[grown]] = True
-        grown = touched[faces].any(axis=1)
+        grown = np.asarray(touched[faces].any(axis=1))
     return grown
 
 
-def _spread_patch(vertices: Floats, faces: Ints, plane: Floats, patch: Bools) -> Floats:
-    """Place anew the vertices that only faces of the patch touch, off the mesh's border."""
-    inside = np.zeros(len(vertices), dtype=bool)
-    inside[faces[patch]] = True
-    inside[faces[~patch]] = False
-    inside[_border(faces)] = False
+def _spread_patches(
+    vertices: Floats, faces: Ints, plane: Floats, patch: Bools, rim: Ints
+) -> Floats:
+    """Place anew the vertices that only faces of the patches touch, where that helps."""
     used, renamed = np.unique(faces[patch], return_inverse=True)
-    fixed = np.flatnonzero(~inside[used])
-    moved = plane.copy()
     local = renamed.reshape(-1, 3).astype(np.int64)
-    moved[used] = spread_between(vertices[used], local, fixed, plane[used][fixed])
-    return moved
+    free = np.ones(len(vertices), dtype=bool)
+    free[faces[~patch]] = False
+    free[rim] = False
+    fixed = np.flatnonzero(~free[used])
+    before = plane[used]
+    after = spread_between(vertices[used], local, fixed, before[fixed])
+    label = _patch_labels(local, len(used))
+    count = int(label.max()) + 1
+    space = vertices[used]
+    flips = [
+        np.bincount(label[local[flipped_faces(space, local, each), 0]], minlength=count)
+        for each in (before, after)
+    ]
+    better = (flips[1] < flips[0])[label]
+    placed = plane.copy()
+    placed[used[better]] = after[better]
+    return placed
 
 
-def _border(faces: Ints) -> Ints:
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    rows, count = np.unique(edges, axis=0, return_counts=True)
-    border: Ints = np.unique(rows[count == 1])
-    return border
+def _patch_labels(faces: Ints, count: int) -> Ints:
+    """Number the connected patches; one number per vertex."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    linked = coo_array((np.ones(len(start), np.int8), (start, end)), shape=(count, count))
+    _, label = connected_components(linked, directed=False)
+    return np.asarray(label, dtype=np.int64)

@@ -1,0 +1,55 @@
+"""Calibrated images as VTI files (for ParaView and scripts) and as pictures."""
+
+from pathlib import Path
+
+import numpy as np
+
+from shapemorph.core.image import CalibratedImage
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.io.images import write_grey_png
+from shapemorph.io.safe_files import whole_file
+from shapemorph.methods.surface_lookup import pixel_positions
+
+
+def write_calibrated(stem: Path, mesh: TexturedMesh, image: CalibratedImage) -> None:
+    """Write ``stem.vti`` and ``stem.png``.
+
+    The VTI has its first row at the bottom, spacing and origin in mm (the lower left
+    pixel is the origin), and point arrays `gray` (0 to 1), `X`, `Y`, `Z` (mm, in the
+    frame of the mesh) and `face` (of the mesh). Outside the mask they are NaN, and -1 for
+    `face`. The picture has row 0 on top, 8 bits, and is transparent outside the mask.
+
+    Parameters
+    ----------
+    stem : Path
+        Path without suffix; its folder must exist.
+    mesh : TexturedMesh
+    image : CalibratedImage
+        Of that mesh.
+    """
+    _write_vti(stem.with_name(f"{stem.name}.vti"), mesh, image)
+    write_grey_png(stem.with_name(f"{stem.name}.png"), image.image.grey, image.image.mask)
+
+
+def _write_vti(path: Path, mesh: TexturedMesh, image: CalibratedImage) -> None:
+    import pyvista
+
+    height, width = image.image.shape
+    spacing = 1.0 / image.chart.px_per_mm
+    grid = pyvista.ImageData(dimensions=(width, height, 1), spacing=(spacing, spacing, spacing))
+    mask = image.image.mask
+    places = pixel_positions(mesh, image)
+    face = np.where(mask, image.chart.face_ids[image.triangle], -1).astype(np.int32)
+    arrays = {
+        "gray": np.where(mask, image.image.grey, np.float32(np.nan)),
+        "X": places[..., 0],
+        "Y": places[..., 1],
+        "Z": places[..., 2],
+        "face": face,
+    }
+    for name, values in arrays.items():
+        grid.point_data[name] = values[::-1].ravel()
+    grid.field_data["px_per_mm"] = np.array([image.chart.px_per_mm])
+    grid.field_data["length_unit"] = np.array(["mm"])
+    with whole_file(path) as partial:
+        grid.save(partial)
