@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 from shapemorph.core.errors import ConfigError, DataError
 from shapemorph.core.mesh import TexturedMesh
-
-MM_PER_UNIT = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1000.0, "in": 25.4}
+from shapemorph.io.meshes import MM_PER_UNIT
 
 
 def write_mesh(path: Path, mesh: TexturedMesh, *, unit: str = "mm") -> list[Path]:

@@ -86,7 +86,7 @@ def read_truth(path: Path) -> Truth:
     if not path.is_file():
         raise DataError(f"expected a truth.npz, found no file {path}: give the one of synthesize")
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
         return _truth(arrays)
     except (KeyError, ValueError, zipfile.BadZipFile, EOFError) as problem:

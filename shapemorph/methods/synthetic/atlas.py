@@ -121,7 +121,7 @@ def _laid_flat(corners: Floats, normals: Floats, rng: np.random.Generator) -> Fl
     """Corners (N, 3, 2) seen along the mean normal, at the best of a few random turns."""
     up = normals.mean(axis=0)
     up /= np.linalg.norm(up)
-    side = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    side = np.cross(up, rng.standard_normal(3))
     side /= np.linalg.norm(side)
     plane = corners @ np.stack([side, np.cross(up, side)], axis=1)
     turns = [_rotation(angle) for angle in rng.uniform(0, 2 * np.pi, 4)]

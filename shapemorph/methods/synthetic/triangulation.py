@@ -53,7 +53,10 @@ def triangulate(
     fixed = np.concatenate(rims + kinks)
     wanted = 1.03 * (faces / 2 + 0.08 * sum(map(len, rims)) + 0.15 * sum(map(len, kinks)))
     loose = _scatter(cells, weight * (wanted / weight.sum()), cell, rng)
-    loose = _keep_apart(loose[material_map.inside(loose)], fixed, state, spacing)
+    # Half a spacing off a kink, no circle over one of its edges holds a loose point: the
+    # Delaunay triangulation then has all of these edges.
+    loose = loose[material_map.inside(loose) & (material_map.kink(loose) > 0.51 * spacing)]
+    loose = _keep_apart(loose, fixed, state, spacing)
     material = np.concatenate([fixed, loose])
     rim_count = sum(map(len, rims))
     locked = np.zeros(len(material), dtype=bool)
@@ -131,16 +134,32 @@ def _delaunay(
     from scipy.spatial import Delaunay
 
     plane = _unrolled(material_map, material)
-    mesh = Delaunay(plane)
-    triangles, neighbours = mesh.simplices.astype(np.int64), mesh.neighbors.astype(np.int64)
-    keep = _is_specimen(material_map, plane, triangles, rim)
-    number = np.where(keep, np.cumsum(keep) - 1, -1)
-    beside = np.where(neighbours[keep] >= 0, number[neighbours[keep]], -1)
+    hull = Delaunay(plane).simplices.astype(np.int64)
+    triangles = _in_order(hull[_is_specimen(material_map, plane, hull, rim)])
     positions = state(material)[0]
-    faces, _ = flip_edges(positions, plane, triangles[keep], beside, locked, 40)
+    faces, _ = flip_edges(positions, plane, triangles, _neighbours(triangles), locked, 40)
     # Around a tube the second coordinate runs outwards in the plane: a mirror image.
     turned: Ints = faces if material_map.period is None else faces[:, ::-1].copy()
     return turned
+
+
+def _in_order(triangles: Ints) -> Ints:
+    """Triangles (F, 3) in an order that depends on their corners alone, not on rounding."""
+    first = np.argmin(triangles, axis=1)
+    turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
+    return turned[np.lexsort(turned.T[::-1])]
+
+
+def _neighbours(triangles: Ints) -> Ints:
+    """Triangle across from each corner (F, 3), -1 at the border."""
+    opposite = triangles[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2)
+    edges = np.sort(opposite, axis=1)
+    order = np.lexsort(edges.T)
+    shared = np.flatnonzero((edges[order[1:]] == edges[order[:-1]]).all(axis=1))
+    one, other = order[shared], order[shared + 1]
+    beside = np.full(len(edges), -1, dtype=np.int64)
+    beside[one], beside[other] = other // 3, one // 3
+    return beside.reshape(-1, 3)
 
 
 def _unrolled(material_map: MaterialMap, material: Floats) -> Floats:
