@@ -20,7 +20,7 @@ def _run(folder, size, error):
         random_pose(size, np.random.default_rng(1)),
     )
     truth = make_truth("hole", size=size, offset=0.0, tilt=0.0, poses=poses, damage=())
-    exact = truth_of_material(truth, random_material(truth, 9000, inset=0.0, seed=1))
+    exact = truth_of_material(truth, random_material(truth, 15_000, inset=0.0, seed=1))
     count = len(exact.material)
     deformed = exact.deformed + error * np.array([0.0, 1.0, 0.0])
     back = truth.deformed_pose.inverse().apply(exact.deformed)
