@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Listener = Callable[["Event"], None]
 
 
-_UNREMARKABLE = ("inputs", "run.yaml")
+_UNREMARKABLE = ("inputs", "write run.yaml")
 
 
 def show(text: str) -> None:
@@ -87,6 +87,6 @@ def _progress_bar() -> Iterator[Listener]:
                 progress.update(task, description=event.name)
             else:
                 seconds = f"{event.seconds:6.2f} s" if event.state == "finished" else "up to date"
-                progress.console.print(f"{event.name:12s} {seconds}", highlight=False)
+                progress.console.print(f"{event.name:18s} {seconds}", highlight=False)
 
         yield listen

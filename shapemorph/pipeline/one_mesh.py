@@ -7,6 +7,7 @@ from typing import Any
 
 from shapemorph.config import RunConfig
 from shapemorph.core.image import CalibratedImage
+from shapemorph.core.mesh import TexturedMesh
 from shapemorph.io.codec import take_apart
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
 from shapemorph.pipeline.planar import PictureOutcome
@@ -42,18 +43,19 @@ def flatten_one(
     }
     with scratch_folder(folder) as scratch:
         write_calibrated(scratch / path.stem, mesh, surface.calibrated)
-        _write_arrays(scratch / f"{path.stem}.npz", surface.calibrated)
+        _write_arrays(scratch / f"{path.stem}.npz", mesh, surface.calibrated)
         write_json(scratch / "summary.json", sections)
         return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
 
 
-def _write_arrays(path: Path, image: CalibratedImage) -> None:
-    """Write grey, mask, triangle, barycentric and the chart by their names."""
+def _write_arrays(path: Path, mesh: TexturedMesh, image: CalibratedImage) -> None:
+    """Write grey, mask, triangle, barycentric, the chart, and X, Y, Z in mm by their names."""
     import numpy as np
 
+    from shapemorph.methods.surface_lookup import pixel_positions
+
     arrays, _ = take_apart(image)
-    scale = np.array(image.chart.px_per_mm)
-    named = {
-        name.replace("image.", "").replace("chart.", "chart_"): a for name, a in arrays.items()
-    }
-    np.savez(path, px_per_mm=scale, **named)  # type: ignore[arg-type]
+    named = {n.replace("image.", "").replace("chart.", "chart_"): a for n, a in arrays.items()}
+    places = np.moveaxis(pixel_positions(mesh, image), -1, 0)
+    named |= dict(zip("XYZ", places, strict=True))
+    np.savez(path, px_per_mm=np.array(image.chart.px_per_mm), **named)  # type: ignore[arg-type]

@@ -204,7 +204,7 @@ def write_output(
     output: Output, run: Finished, record: OutputRecord, wanted: str, listener: Listener
 ) -> None:
     """Make the files of one output; they appear whole or not at all."""
-    listener(Event(output.name, "started"))
+    listener(Event(f"write {output.name}", "started"))
     begin = time.perf_counter()
     record.remove(output.name)
     with scratch_folder(run.folder) as scratch:
@@ -212,5 +212,5 @@ def write_output(
         files = move_files(scratch, run.folder)
     seconds = time.perf_counter() - begin
     record.enter(output.name, wanted, files, seconds)
-    run.seconds[output.name] = seconds
-    listener(Event(output.name, "finished", seconds))
+    run.seconds[f"write {output.name}"] = seconds
+    listener(Event(f"write {output.name}", "finished", seconds))
