@@ -7,6 +7,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.core.errors import DataError
+from shapemorph.methods.polygons import triangulate
 
 Wrap = Literal["repeat", "mirror", "clamp"]
 
@@ -119,6 +120,14 @@ def check_positions(vertices: Floats, rows: Ints, *, name: str) -> None:
         )
     if not np.ptp(used, axis=0).max() > _SMALLEST:
         raise DataError(f"{name}: expected a surface with a size, got all vertices at one point")
+
+
+def cut_polygons(positions: Floats, sizes: Ints, *, name: str) -> tuple[Ints, Ints]:
+    """Cut polygons into triangles as :func:`~shapemorph.methods.polygons.triangulate` does."""
+    try:
+        return triangulate(positions, sizes)
+    except DataError as error:
+        raise DataError(f"{name}: {error}") from None
 
 
 def bare_mesh(

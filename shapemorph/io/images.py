@@ -18,7 +18,7 @@ from shapemorph.io.greys import LUMA
 
 PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".webp", ".tga")
 
-_MAX_PIXELS = 1 << 30
+_MAX_PIXELS = 1 << 29
 _MAX_PIXELS_PER_BYTE = 5000  # the best that deflate or run lengths do on real formats
 _ROWS_AT_ONCE = 512
 _TIFF_MARKS = (b"II", b"MM")

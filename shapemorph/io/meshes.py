@@ -82,6 +82,10 @@ def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
 
 def _reader(path: Path) -> Callable[[Path], FileMesh]:
     suffix = path.suffix.lower()
+    if path.is_dir():
+        raise DataError(f"expected a mesh file, got the folder {path}: name the file in it")
+    if not path.exists():
+        raise DataError(f"mesh file {path} does not exist: check the path")
     if suffix in READERS:
         return READERS[suffix]
     known = ", ".join(sorted(READERS))

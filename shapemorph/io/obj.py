@@ -6,7 +6,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import DataError
-from shapemorph.io.file_mesh import FileMesh, Wrap, bare_mesh, check_positions
+from shapemorph.io.file_mesh import FileMesh, Wrap, bare_mesh, check_positions, cut_polygons
 from shapemorph.io.greys import grey_of
 from shapemorph.io.images import read_bytes
 from shapemorph.io.mtl import Material, read_materials
@@ -18,7 +18,6 @@ from shapemorph.io.obj_text import (
     read_vertices,
 )
 from shapemorph.io.textures import find_obvious_picture, find_picture, load_textures
-from shapemorph.methods.polygons import triangulate
 
 
 def read_obj(path: Path) -> FileMesh:
@@ -35,7 +34,7 @@ def read_obj(path: Path) -> FileMesh:
     uv = read_texture_coordinates(lines)
     polygons = read_polygons(lines)
     check_positions(vertices, polygons.vertex, name=path.name)
-    corners, polygon = triangulate(vertices[polygons.vertex], polygons.sizes)
+    corners, polygon = cut_polygons(vertices[polygons.vertex], polygons.sizes, name=path.name)
     faces = polygons.vertex[corners]
     split = int((polygons.sizes > 3).sum())
     mesh = bare_mesh(vertices, faces, file_format="OBJ", polygons_split=split)

@@ -6,13 +6,12 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import DataError
-from shapemorph.io.file_mesh import FileMesh, bare_mesh, check_positions
+from shapemorph.io.file_mesh import FileMesh, bare_mesh, check_positions, cut_polygons
 from shapemorph.io.greys import grey_of
 from shapemorph.io.images import read_bytes
 from shapemorph.io.ply_elements import Column, Table, read_elements
 from shapemorph.io.point_cloud import mesh_of_points
 from shapemorph.io.textures import find_obvious_picture, find_picture, load_textures
-from shapemorph.methods.polygons import triangulate
 
 _UV_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
 _COLOUR_NAMES = (
@@ -107,7 +106,8 @@ def _triangles(path: Path, vertices: Floats, column: Column) -> tuple[FileMesh, 
     polygons = np.flatnonzero(column.counts >= 3)
     kept = np.flatnonzero(np.repeat(column.counts >= 3, column.counts))
     check_positions(vertices, index[kept], name=path.name)
-    corners, polygon = triangulate(vertices[index[kept]], column.counts[polygons])
+    sizes = column.counts[polygons]
+    corners, polygon = cut_polygons(vertices[index[kept]], sizes, name=path.name)
     rows = kept[corners]
     split = int((column.counts > 3).sum())
     mesh = bare_mesh(vertices, index[rows], file_format="PLY", polygons_split=split)

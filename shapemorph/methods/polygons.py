@@ -3,6 +3,9 @@
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.errors import DataError
+
+_MOST_CORNERS = 500
 
 
 def triangulate(positions: Floats, sizes: Ints) -> tuple[Ints, Ints]:
@@ -24,6 +27,11 @@ def triangulate(positions: Floats, sizes: Ints) -> tuple[Ints, Ints]:
         Rows of `positions`; triangles of one polygon follow each other and keep its sense.
     polygon : (T,)
         Polygon of each triangle.
+
+    Raises
+    ------
+    DataError
+        If a polygon with reflex corners is too large to lose its ears one by one.
     """
     first = np.cumsum(sizes) - sizes
     corners = np.empty((int((sizes - 2).sum()), 3), dtype=np.int64)
@@ -49,7 +57,13 @@ def _cut_equal(positions: Floats, first: Ints, size: int) -> Ints:
         turned = reflex[:, 1] | reflex[:, 3]
         cuts[turned] = np.array([[0, 1, 3], [1, 2, 3]])
         return cuts
-    for row in np.flatnonzero(reflex.any(axis=1)):
+    crooked = np.flatnonzero(reflex.any(axis=1))
+    if len(crooked) and size > _MOST_CORNERS:
+        raise DataError(
+            f"expected faces of up to {_MOST_CORNERS} corners, got one of {size}: triangulate the "
+            "mesh before the export"
+        )
+    for row in crooked:
         cuts[row] = _clip_ears(points[row])
     return cuts
 
@@ -76,8 +90,10 @@ def _clip_ears(points: Floats) -> Ints:
     flat = _in_own_plane(points)
     left = list(range(len(points)))
     ears = []
+    place = 0
     while len(left) > 3:
-        place = next((k for k in range(len(left)) if _is_ear(flat, left, k)), 1)
+        onwards = ((place + step) % len(left) for step in range(len(left)))
+        place = next((k for k in onwards if _is_ear(flat, left, k)), 1)
         ears.append([left[place - 1], left[place], left[(place + 1) % len(left)]])
         del left[place]
     return np.array([*ears, left], dtype=np.int64)

@@ -116,7 +116,10 @@ def test_paths_that_are_no_mesh_file_are_refused(tmp_path):
     assert ".glb" in refused(tmp_path / "part.stl")
     (tmp_path / "part.step").write_bytes(b"x")
     assert "got .step" in refused(tmp_path / "part.step")
+    (tmp_path / "part").write_bytes(b"x")
     assert "no suffix" in refused(tmp_path / "part")
+    assert "folder" in refused(_made(tmp_path / "scans"))
+    assert "does not exist" in refused(tmp_path / "scan.step")
 
 
 def _made(folder):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from shapemorph.core.errors import DataError
 from shapemorph.methods.polygons import triangulate
 
 
@@ -66,6 +67,17 @@ def test_polygons_of_mixed_sizes_keep_their_order():
     first = np.cumsum(sizes) - sizes
     assert (corners >= first[polygon][:, None]).all()
     assert (corners < (first + sizes)[polygon][:, None]).all()
+
+
+def test_an_outline_too_large_to_clip_is_refused_and_a_large_convex_one_is_not():
+    crooked = star(501, 0)
+    with pytest.raises(DataError, match="up to 500 corners, got one of 501"):
+        triangulate(in_space(crooked), np.array([501]))
+    angle = np.arange(2000) * 2 * np.pi / 2000
+    corners, _ = triangulate(
+        np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]), np.array([2000])
+    )
+    assert corners.shape == (1998, 3)
 
 
 def test_a_polygon_without_area_still_gives_its_triangles():
