@@ -1,0 +1,167 @@
+"""Accuracy, time and memory of `shapemorph measure` on cases with exact truth, as one table.
+
+    python benchmarks/accuracy_table.py                      rigid bulge indentation hole
+    python benchmarks/accuracy_table.py dome freeform tube   others
+    python benchmarks/accuracy_table.py --keep DIR --faces 40000
+
+Each case is synthesized into a temporary folder and measured in a process of its own with
+default settings; a small case runs first, so that compiled kernels are in the cache. Ends
+with 1 if a limit is missed.
+"""
+
+import argparse
+import datetime as dt
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from shapemorph import __version__
+from shapemorph.config import SynthesizeConfig
+from shapemorph.pipeline.compare import compare
+from shapemorph.pipeline.synthesize import write_case
+
+SECONDS_LIMIT, MEMORY_LIMIT = 15.0, 1500.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a case must reach: shares, mm and Green-Lagrange strain."""
+
+    coverage: float
+    wrong_share: float
+    median: float
+    p95: float
+    strain: float
+
+
+LIMITS = {
+    "rigid": Limits(0.995, 0.0, 0.006, 0.013, 0.0015),
+    "bulge": Limits(0.99, 0.0, 0.008, 0.020, 0.0025),
+    "indentation": Limits(0.99, 0.0002, 0.009, 0.025, 0.003),
+    "hole": Limits(0.985, 0.0002, 0.008, 0.020, 0.002),
+}
+
+HEADER = (
+    "| case | covered (≥) | off by > 0.25 mm (≤) | error median / p95, µm (≤) "
+    "| \\|ΔE1\\| median (≤) | points OK | s (≤ 15) | MB (≤ 1500) | |"
+)
+
+
+def main() -> int:
+    options = _options()
+    with tempfile.TemporaryDirectory(prefix="shapemorph-bench-") as temporary:
+        folder = options.keep or Path(temporary)
+        _warm(folder / "warm")
+        print(_title(options))
+        print(HEADER)
+        print("|" + " --- |" * 9, flush=True)
+        passed = [_row(case, folder / case, options) for case in options.cases]
+    return 0 if all(passed) else 1
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="*", default=list(LIMITS), help="shapes to measure")
+    parser.add_argument("--faces", type=int, default=60_000, help="triangles of each mesh")
+    parser.add_argument("--texture", type=int, default=2048, help="width of the textures")
+    parser.add_argument("--seed", type=int, default=0, help="of everything random")
+    parser.add_argument("--keep", type=Path, help="folder to keep cases and runs in")
+    return parser.parse_args()
+
+
+def _title(options: argparse.Namespace) -> str:
+    return (
+        f"{dt.date.today().isoformat()}, shapemorph {__version__}, {platform.machine()}, "
+        f"{os.cpu_count()} cores; {options.faces} faces, texture {options.texture}², speckle "
+        f"0.8 mm on 70 mm, noise 2 grey levels and 6 µm, seed {options.seed}\n"
+    )
+
+
+def _config(case: str, **options: Any) -> SynthesizeConfig:
+    return SynthesizeConfig.model_validate({"shape": case} | options)
+
+
+def _warm(folder: Path) -> None:
+    """Run a small case, so that what follows finds its kernels compiled."""
+    write_case(_config("bulge", faces=8000, texture=1024), folder)
+    _measure(folder)
+
+
+def _row(case: str, folder: Path, options: argparse.Namespace) -> bool:
+    """Measure one case and print its row; return whether it keeps its limits."""
+    size = {"faces": options.faces, "texture": options.texture, "seed": options.seed}
+    write_case(_config(case, **size), folder)
+    seconds, memory, message = _measure(folder)
+    if message:
+        print(f"| {case} | {message} | | | | | {seconds:.1f} | {memory:.0f} | MISSED |", flush=True)
+        return False
+    found = compare(folder / "run", folder / "truth.npz")
+    kept = _keeps(found, LIMITS.get(case), seconds, memory)
+    print(_cells(case, found, seconds, memory, "ok" if kept else "MISSED"), flush=True)
+    return kept
+
+
+def _measure(folder: Path) -> tuple[float, float, str]:
+    """Wall time (s) and peak memory (MB) of a measurement, and its message if it failed."""
+    files = [str(folder / "reference.obj"), str(folder / "deformed.obj")]
+    command = [sys.executable, "-m", "shapemorph", "measure", *files, "-o", str(folder / "run")]
+    log = folder / "measure.log"
+    started = time.perf_counter()
+    with log.open("w", encoding="utf-8") as file:
+        process = subprocess.Popen([*command, "--quiet"], stdout=file, stderr=file)
+        _, status, usage = os.wait4(process.pid, 0)
+    seconds = time.perf_counter() - started
+    code = os.waitstatus_to_exitcode(status)
+    process.returncode = code
+    kilobyte = 1024 if platform.system() == "Darwin" else 1  # macOS counts bytes
+    memory = usage.ru_maxrss / kilobyte / 1024
+    lines = log.read_text(encoding="utf-8").strip().splitlines() or ["no message"]
+    return seconds, memory, "" if code == 0 else f"exit {code}: {lines[-1]}"
+
+
+def _keeps(found: dict[str, Any], limits: Limits | None, seconds: float, memory: float) -> bool:
+    cheap = seconds <= SECONDS_LIMIT and memory <= MEMORY_LIMIT
+    if limits is None:
+        return cheap
+    return (
+        cheap
+        and found["coverage"] >= limits.coverage
+        and found["wrong_share"] <= limits.wrong_share
+        and found["error_mm"]["median"] <= limits.median
+        and found["error_mm"]["p95"] <= limits.p95
+        and found["dE1"]["median"] <= limits.strain
+    )
+
+
+def _cells(case: str, found: dict[str, Any], seconds: float, memory: float, verdict: str) -> str:
+    limits = LIMITS.get(case)
+    median, p95 = (1000 * found["error_mm"][name] for name in ("median", "p95"))
+    wrong = f"{found['wrong_points']} = {100 * found['wrong_share']:.3f} %"
+    cells = [
+        case,
+        f"{100 * found['coverage']:.2f} %" + _beside(limits and f"{100 * limits.coverage:g}"),
+        wrong + _beside(limits and f"{100 * limits.wrong_share:g}"),
+        f"{median:.1f} / {p95:.1f}"
+        + _beside(limits and f"{1000 * limits.median:g} / {1000 * limits.p95:g}"),
+        f"{found['dE1']['median']:.5f}" + _beside(limits and f"{limits.strain:g}"),
+        f"{found['ok_points']} of {found['points']}",
+        f"{seconds:.1f}",
+        f"{memory:.0f}",
+        verdict,
+    ]
+    return "| " + " | ".join(cells) + " |"
+
+
+def _beside(limit: str | None) -> str:
+    """The limit in brackets, where there is one."""
+    return f" ({limit})" if limit else ""
+
+
+if __name__ == "__main__":
+    sys.exit(main())
