@@ -18,8 +18,9 @@ _MANY = 12  # sides at one edge beyond which pairs are not compared one by one
 def glue(vertices: Floats, faces: Ints) -> tuple[Ints, Ints]:
     """Pair the sides that lie on one edge; at crowded edges keep the best pair.
 
-    Where more than two faces share an edge, the two of the largest patch are kept
-    together (then the flattest pair), and the others are cut loose there.
+    Where more than two faces share an edge, the flattest pair is kept together, leaving aside
+    faces of patches less than half as large as the second largest, and the others are cut
+    loose there.
 
     Parameters
     ----------
@@ -205,17 +206,14 @@ def _normals(vertices: Floats, faces: Ints) -> Floats:
 
 
 def _best_pair(vertices: Floats, faces: Ints, sides: Ints, patch_area: Floats) -> Ints:
-    """Pick two of the sides at a crowded edge: largest patch first, then the flattest pair."""
+    """Pick two of the sides at a crowded edge: the flattest pair among those of large patches."""
     ranked = sides[np.argsort(-patch_area[sides // 3], kind="stable")][:_MANY]
     runner_up = patch_area[ranked[1] // 3]
-    ranked = ranked[patch_area[ranked // 3] >= runner_up]
+    ranked = ranked[patch_area[ranked // 3] >= 0.5 * runner_up]
     pairs = np.array(list(combinations(ranked, 2)))
-    if len(pairs) == 1:
-        return np.asarray(pairs[0])
     wing = _wings(vertices, faces, pairs)
-    combined = patch_area[pairs // 3].sum(axis=1)
-    best = np.lexsort((np.einsum("nc,nc->n", wing[:, 0], wing[:, 1]), -combined))[0]
-    return np.asarray(pairs[best])
+    bend = np.einsum("nc,nc->n", wing[:, 0], wing[:, 1])  # -1 where the pair is flat
+    return np.asarray(pairs[np.argmin(bend)])
 
 
 def _wings(vertices: Floats, faces: Ints, sides: Ints) -> Floats:

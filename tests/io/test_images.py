@@ -153,6 +153,14 @@ def test_a_flipped_byte_in_a_png_is_found_by_its_checksum():
         decode_picture(bytes(data), name="p")
 
 
+def test_a_png_whose_data_do_not_match_their_checksum_is_refused():
+    data = bytearray(encoded(Image.fromarray(colour_levels()), "PNG"))
+    end = data.rindex(b"IEND") - 4
+    data[end - 1] ^= 1  # last byte of the checksum of the picture's data
+    with pytest.raises(DataError, match="damaged"):
+        decode_picture(bytes(data), name="p")
+
+
 def test_a_header_that_claims_gigabytes_is_refused_before_they_are_reserved():
     data = bytearray(encoded(Image.fromarray(colour_levels()), "BMP"))
     data[18:26] = np.array([60000, 60000], dtype="<i4").tobytes()

@@ -124,6 +124,13 @@ def test_a_uniform_colour_gives_way_to_a_scalar_with_a_pattern(tmp_path):
     )
 
 
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_a_first_row_shorter_than_the_others_does_not_set_the_pace(tmp_path, encoding):
+    data = ply(encoding, {**positions(), **colours()}, polygons=POLYGONS[::-1])
+    mesh = read_ply(write(tmp_path, data))
+    np.testing.assert_array_equal(mesh.faces, [[3, 2, 4], [0, 1, 2], [0, 2, 3]])
+
+
 def test_lists_of_many_lengths_are_followed_row_by_row(tmp_path):
     random = np.random.default_rng(8)
     polygons = [random.integers(0, 5, random.integers(0, 7)) for _ in range(200)]

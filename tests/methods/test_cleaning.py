@@ -80,6 +80,15 @@ def test_a_soup_of_single_triangles_is_welded_whatever_the_scale(scale):
     np.testing.assert_array_equal(clean.vertices[clean.faces], soup.reshape(-1, 3, 3))
 
 
+def test_rounding_of_single_precision_does_not_part_the_faces():
+    vertices, faces = sheet()
+    soup = vertices[faces].reshape(-1, 3)
+    soup += np.random.default_rng(6).uniform(-2e-7, 2e-7, soup.shape)
+    clean = clean_surface(soup, np.arange(len(soup)).reshape(-1, 3), **RULES)
+    assert len(clean.vertices) == len(vertices)
+    assert clean.counts.boundary_loops == 1
+
+
 def test_vertices_within_the_tolerance_are_one_and_the_first_stays():
     vertices = np.array([[0, 0, 0], [10, 0, 0], [10, 1e-7, 0], [10, 1e-3, 0], [-0.0, 0, 0]])
     kept, merged = weld(vertices, tolerance=1e-6)
@@ -136,6 +145,14 @@ def test_a_fin_on_a_sheet_is_cut_off_and_the_sheet_keeps_its_edge():
     assert clean.counts.components == 2
     assert clean.counts.dropped_faces == 1
     assert clean.counts.boundary_loops == 1
+
+
+def test_of_three_equal_flaps_at_one_edge_the_flattest_pair_stays_together():
+    vertices = np.array([[0, 0, 0], [0, 1, 0], [1, 0.5, 0.1], [-1, 0.5, 0.1], [0, 0.5, 1.00499]])
+    clean = clean_surface(vertices, np.array([[0, 1, 4], [1, 0, 2], [0, 1, 3]]), **RULES)
+    np.testing.assert_array_equal(clean.vertices, vertices[:4])
+    assert clean.counts.non_manifold_faces == 1
+    assert clean.counts.dropped_faces == 1
 
 
 def test_a_vertex_where_two_fans_meet_is_cut_in_two():
