@@ -89,7 +89,7 @@ def _fit_one(
         if terms == 6:
             design[k, 3], design[k, 4], design[k, 5] = x * x, x * y, y * y
     solution = np.empty((terms, 2))
-    spread = _robust_fit(design[:used], values[:used], floor, solution)
+    spread = float(_robust_fit(design[:used], values[:used], floor, solution))
     for i in range(2):
         prediction[i] = solution[0, i]
         gradient[i, 0] = solution[1, i] / reach
@@ -129,7 +129,7 @@ def _middle(values: Floats) -> float:
             ordered[place] = ordered[place - 1]
             place -= 1
         ordered[place] = values[k]
-    return ordered[values.size // 2]
+    return float(ordered[values.size // 2])
 
 
 @njit(cache=True)

@@ -40,7 +40,7 @@ def _two_best(likeness: Greys, places: Floats, apart: float) -> tuple[int, float
             dy = places[column, 1] - places[nearest, 1]
             if dx * dx + dy * dy >= limit:
                 second = likeness[column]
-    return nearest, best, second
+    return nearest, float(best), float(second)
 
 
 @njit(cache=True, parallel=True)

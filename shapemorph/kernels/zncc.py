@@ -133,18 +133,18 @@ def _likeness(
             row_aa += a * a
             row_bb += b * b
             row_ab += a * b
-        n += row_n
-        sum_a += row_a
-        sum_b += row_b
-        sum_aa += row_aa
-        sum_bb += row_bb
-        sum_ab += row_ab
+        n += float(row_n)
+        sum_a += float(row_a)
+        sum_b += float(row_b)
+        sum_aa += float(row_aa)
+        sum_bb += float(row_bb)
+        sum_ab += float(row_ab)
     if n < least_inside * (2 * half + 1) ** 2:
         return np.nan
     spread = (sum_aa - sum_a * sum_a / n) * (sum_bb - sum_b * sum_b / n)
     if not spread > 1e-9 * n * n:  # no pattern to compare
         return np.nan
-    return (sum_ab - sum_a * sum_b / n) / np.sqrt(spread)
+    return float((sum_ab - sum_a * sum_b / n) / np.sqrt(spread))
 
 
 @njit(cache=True)

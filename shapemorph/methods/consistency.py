@@ -141,7 +141,7 @@ def _agreeing(circle: _Circle, doubted: Ints, neighbours: int) -> Bools:
 
 
 def _determinant(matrices: Floats) -> Floats:
-    """Determinants (N,) of (N, 2, 2); NaN stays NaN, without a warning."""
+    """Compute (N,) determinants of (N, 2, 2); NaN stays NaN, without a warning."""
     first, second = matrices[:, 0], matrices[:, 1]
     determinants: Floats = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     return determinants

@@ -1,11 +1,15 @@
 """Even out light and contrast, so that only the pattern remains."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.image import GreyImage
+
+Bytes: TypeAlias = NDArray[np.uint8]
 
 FAINT = 0.1  # of the usual local contrast: weaker pattern is not amplified to full strength
 
@@ -58,9 +62,10 @@ def even_contrast(image: GreyImage, *, window: int) -> Pattern:
     return Pattern(values.astype(np.float32), image.mask, contrast)
 
 
-def byte_picture(values: Greys) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+def byte_picture(values: Greys) -> Bytes:
     """Show a pattern as 8-bit grey: zero is 128, one standard deviation 40 levels."""
-    return np.clip(np.rint(values * 40.0 + 128.0), 0, 255).astype(np.uint8)
+    levels: Bytes = np.clip(np.rint(values * 40.0 + 128.0), 0, 255).astype(np.uint8)
+    return levels
 
 
 def _box(values: Greys, window: int) -> Greys:

@@ -36,36 +36,19 @@ class GridSeeds:
     asked: int
 
 
-def search_grid(
-    reference: Pattern,
-    deformed: Pattern,
-    warp: Warp,
-    anchors: Floats,
-    *,
-    reduction: int,
-    step: float,
-    reach: float,
-    half: int,
-    radius: int,
-    stride: int,
-    least_inside: float,
-    least_zncc: float,
-) -> GridSeeds:
-    """Search the points of a grid in the deformed picture, seen through a warp.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GridSearch:
+    """How a grid is searched.
 
-    Parameters
+    Attributes
     ----------
-    reference, deformed : Pattern
-    warp : Warp
-        Reference -> deformed, right to within `radius`.
-    anchors : (K, 2)
-        Known points of the reference picture, px; only near them is the warp trusted.
+    step : float
+        Distance between grid points, px of the reference.
+    reach : float
+        Farthest that a grid point may lie from the nearest known point, px; beyond it the
+        warp is not trusted.
     reduction : int
         Both pictures are compared at 1 / reduction of their size (coarse speckle).
-    step : float
-        Distance between grid points, px.
-    reach : float
-        Farthest that a grid point may lie from the nearest anchor, px.
     half, radius, stride : int
         Window and search, px of the reduced pictures: see
         :func:`shapemorph.kernels.zncc.search`.
@@ -74,25 +57,50 @@ def search_grid(
     least_zncc : float
         Less alike than this is not found.
     """
-    height, width = (-(-v // reduction) for v in reference.shape)
-    still, still_mask = _reduce(reference, reduction)
-    softened = _soften(deformed.values, _stride_px(warp, anchors) * reduction)
+
+    step: float
+    reach: float
+    reduction: int
+    half: int
+    radius: int
+    stride: int
+    least_inside: float
+    least_zncc: float
+
+
+def search_grid(
+    reference: Pattern, deformed: Pattern, warp: Warp, known: Floats, how: GridSearch
+) -> GridSeeds:
+    """Search the points of a grid in the deformed picture, seen through a warp.
+
+    Parameters
+    ----------
+    reference, deformed : Pattern
+    warp : Warp
+        Reference -> deformed, right to within the radius of the search.
+    known : (K, 2)
+        Points of the reference picture at which the warp is right, px.
+    how : GridSearch
+    """
+    grid = grid_points(reference.mask, how.step)
+    grid = grid[nearest_distance(known, grid) < how.reach]
+    pixels = np.rint((grid + 0.5) / how.reduction - 0.5).astype(np.int64)
+    still, still_mask = _reduce(reference, how.reduction)
+    softened = _soften(deformed.values, _stride_px(warp, known) * how.reduction)
     moved, moved_mask = resample_through(
         warp.coefficients, warp.origin, warp.spacing, softened, deformed.mask,
-        height, width, 1.0 / reduction,
+        *still.shape, 1.0 / how.reduction,
     )  # fmt: skip
-    grid = grid_points(reference.mask, step)
-    grid = grid[nearest_distance(anchors, grid) < reach]
-    pixels = np.rint((grid + 0.5) / reduction - 0.5).astype(np.int64)
-    source = (pixels + 0.5) * reduction - 0.5
-    found = search(still, still_mask, moved, moved_mask, pixels, half, radius, stride, least_inside)
-    good = found[:, 2] >= least_zncc
-    source, shift = source[good], found[good, :2] * reduction
-    target, _gradient = warp_points(warp, source + shift)
-    inside = np.isfinite(target).all(axis=1)
-    return GridSeeds(
-        source[inside], shift[inside], target[inside], found[good, 2][inside], len(grid)
-    )
+    found = search(
+        still, still_mask, moved, moved_mask, pixels,
+        how.half, how.radius, how.stride, how.least_inside,
+    )  # fmt: skip
+    source = np.asarray((pixels + 0.5) * how.reduction - 0.5, np.float64)
+    good = found[:, 2] >= how.least_zncc
+    target, _gradient = warp_points(warp, source + found[:, :2] * how.reduction)
+    good &= np.isfinite(target).all(axis=1)
+    shift = found[good, :2] * how.reduction
+    return GridSeeds(source[good], shift, target[good], found[good, 2], len(grid))
 
 
 def error_of_warp(warp: Warp, source: Floats, target: Floats) -> Floats:
@@ -114,11 +122,11 @@ def grid_points(mask: Bools, step: float) -> Floats:
     return chosen
 
 
-def nearest_distance(anchors: Floats, points: Floats) -> Floats:
+def nearest_distance(known: Floats, points: Floats) -> Floats:
     """(N,) distance of each point from the nearest anchor."""
     from scipy.spatial import cKDTree
 
-    distance, _index = cKDTree(anchors).query(points)
+    distance, _index = cKDTree(known).query(points)
     return np.asarray(distance, np.float64)
 
 
@@ -134,9 +142,9 @@ def _reduce(pattern: Pattern, factor: int) -> tuple[Greys, Greys]:
     return values.reshape(blocks).mean(axis=(1, 3)).astype(np.float32) * whole, whole
 
 
-def _stride_px(warp: Warp, anchors: Floats) -> float:
+def _stride_px(warp: Warp, known: Floats) -> float:
     """Median length in the deformed picture of one px of the reference."""
-    _targets, gradient = warp_points(warp, anchors)
+    _targets, gradient = warp_points(warp, known)
     return float(np.sqrt(np.median(np.abs(np.linalg.det(gradient)))))
 
 

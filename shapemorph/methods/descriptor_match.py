@@ -57,4 +57,5 @@ def match_descriptors(
 def _distance(product: Greys, left: Greys, right: Greys) -> Floats:
     """Euclidean distance from inner products, in double precision."""
     lengths = (left.astype(np.float64) ** 2).sum(1) + (right.astype(np.float64) ** 2).sum(1)
-    return np.sqrt(np.maximum(lengths - 2.0 * product, 0.0))
+    distance: Floats = np.sqrt(np.maximum(lengths - 2.0 * product, 0.0))
+    return distance

@@ -74,7 +74,7 @@ def _detect(view: View, contrast: float, budget: int) -> tuple[Floats, Greys]:
     """(N, 7) position, frame and strength of features in a fixed order, and descriptors."""
     import cv2
 
-    sift = cv2.SIFT_create(
+    sift = cv2.SIFT.create(
         nfeatures=budget, contrastThreshold=contrast, enable_precise_upscale=True
     )
     allowed = erode(view.mask, MARGIN).astype(np.uint8)

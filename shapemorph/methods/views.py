@@ -5,14 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats
-from shapemorph.methods.contrast import Pattern, byte_picture
+from shapemorph.methods.contrast import Bytes, Pattern, byte_picture
 from shapemorph.methods.speckle_ellipse import SpeckleField
 
 ALIKE = 1.3  # one view serves all if the speckle varies less than this in shape ...
 ALIKE_SIZE = 1.6  # ... and less than this in size
 TILE = 128.0  # width of a tile, in standard deviations of the speckle
 OVERLAP = 20.0  # margin that descriptors may reach into, likewise
-GREYS = np.ndarray[tuple[int, ...], np.dtype[np.uint8]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +27,7 @@ class View:
         Position in the view = matrix[:, :2] @ position in the picture + matrix[:, 2].
     """
 
-    grey: GREYS
+    grey: Bytes
     mask: Bools
     matrix: Floats
 

@@ -168,7 +168,7 @@ def fold_share(warp: Warp, mask: Bools, known: Floats, *, reach: float) -> float
 
     stride = max(1, int(warp.spacing / 3))
     rows, cols = np.nonzero(mask[::stride, ::stride])
-    points = np.column_stack([cols, rows]) * float(stride)
+    points = np.column_stack([cols, rows]).astype(np.float64) * stride
     distance, _index = cKDTree(known).query(points, distance_upper_bound=reach)
     _targets, gradient = warp_points(warp, points[np.isfinite(distance)])
     if len(gradient) == 0:
@@ -281,7 +281,8 @@ def _left_out(problem: _Problem, factor: Floats, solution: Floats, weights: Floa
     pull = weights[chosen] * spline_fit.leverages(
         factor, problem.first[chosen], problem.basis[chosen], problem.shape[1]
     )
-    return problem.residuals(solution)[chosen] / np.maximum(1.0 - pull, 1e-6)
+    left_out: Floats = problem.residuals(solution)[chosen] / np.maximum(1.0 - pull, 1e-6)
+    return left_out
 
 
 def _sample(count: int) -> Ints:

@@ -13,7 +13,13 @@ from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Matches, Warp
 from shapemorph.methods.consistency import consistent_pairs, frame_support
 from shapemorph.methods.contrast import Pattern, even_contrast
-from shapemorph.methods.densify import GridSeeds, error_of_warp, nearest_distance, search_grid
+from shapemorph.methods.densify import (
+    GridSearch,
+    GridSeeds,
+    error_of_warp,
+    nearest_distance,
+    search_grid,
+)
 from shapemorph.methods.descriptor_match import match_descriptors
 from shapemorph.methods.features import Features, detect_features
 from shapemorph.methods.speckle_ellipse import SpeckleField, measure_speckle
@@ -93,11 +99,11 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
     with ThreadPoolExecutor(2) as pool:
         left, right = pool.map(_measure, (reference, deformed), ("reference", "deformed"))
     pairs = _first_pairs(left, right, config)
-    first_source, first_target = pairs.source, pairs.target
+    features = pairs.source, pairs.target
     settled = np.inf
     for number in range(config.max_rounds):
         before = pairs.fit.warp
-        pairs = _search_round(left, right, pairs, (first_source, first_target), number, config)
+        pairs = _search_round(left, right, pairs, features, config, first=number == 0)
         settled = _median_change(before, pairs.fit.warp, pairs.source)
         _log.info("round %d: %d pairs, moved %.3f px", number + 1, len(pairs.source), settled)
         if number > 0 and settled < config.settle_px:
@@ -174,31 +180,15 @@ def _search_round(
     right: _Side,
     pairs: _Pairs,
     features: tuple[Floats, Floats],
-    number: int,
     config: MatchConfig,
+    *,
+    first: bool,
 ) -> _Pairs:
     """Search a grid through the warp so far and fit the next warp through what agrees."""
-    reduction = max(1, round(left.std / WORK_STD))
-    work_std = left.std / reduction
-    step = (STEP if number else FIRST_STEP) * left.std
-    step = max(step, np.sqrt(left.pattern.mask.sum() / MOST_GRID_POINTS))
-    stride = max(1, round(work_std))
-    found = search_grid(
-        left.pattern,
-        right.pattern,
-        pairs.fit.warp,
-        pairs.source,
-        reduction=reduction,
-        step=step,
-        reach=max(3 * step, 2 * pairs.fit.warp.spacing),
-        half=max(7, round(WINDOW * work_std / 2)),
-        radius=stride * round((RADIUS if number else FIRST_RADIUS) * work_std / stride),
-        stride=stride,
-        least_inside=LEAST_INSIDE,
-        least_zncc=LEAST_ZNCC,
-    )
+    how = _grid_search(left, pairs.fit.warp, first=first)
+    found = search_grid(left.pattern, right.pattern, pairs.fit.warp, pairs.source, how)
     counts = {**pairs.counts, "searched": found.asked, "densified": len(found.source)}
-    source, target, shift = _with_features(found, pairs.fit.warp, features, 1.25 * step)
+    source, target, shift = _with_features(found, pairs.fit.warp, features, 1.25 * how.step)
     good = consistent_pairs(
         source,
         source + shift,
@@ -210,8 +200,27 @@ def _search_round(
     counts["kept"] = len(source)
     _require(len(source), counts, config)
     _require_found(counts)
-    smoothing = pairs.fit.smoothing if number else None  # chosen once for grid points
-    return _Pairs(source, target, _fit(left, source, target, 2 * step, smoothing), counts)
+    smoothing = None if first else pairs.fit.smoothing  # chosen once for grid points
+    return _Pairs(source, target, _fit(left, source, target, 2 * how.step, smoothing), counts)
+
+
+def _grid_search(side: _Side, warp: Warp, *, first: bool) -> GridSearch:
+    """Sizes of grid, window and search for the speckle of the reference picture."""
+    reduction = max(1, round(side.std / WORK_STD))
+    work_std = side.std / reduction
+    stride = max(1, round(work_std))
+    step = side.std * (FIRST_STEP if first else STEP)
+    step = max(step, float(np.sqrt(side.pattern.mask.sum() / MOST_GRID_POINTS)))
+    return GridSearch(
+        step=step,
+        reach=max(3 * step, 2 * warp.spacing),
+        reduction=reduction,
+        half=max(7, round(WINDOW * work_std / 2)),
+        radius=stride * max(1, round((FIRST_RADIUS if first else RADIUS) * work_std / stride)),
+        stride=stride,
+        least_inside=LEAST_INSIDE,
+        least_zncc=LEAST_ZNCC,
+    )
 
 
 def _with_features(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats, Greys
+from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.image import GreyImage
 
 EDGE = 0.3  # width of the soft edge of a speckle, in diameters
@@ -38,12 +38,10 @@ class PlanarSpeckle:
         total = np.zeros(points.shape[:-1])
         for dy in (-1, 0, 1):
             for dx in (-1, 0, 1):
-                total += self._disc(cell + (dx, dy), points)
+                total += self._disc(cell + np.array([dx, dy]), points)
         return total
 
-    def _disc(
-        self, cell: np.ndarray[tuple[int, ...], np.dtype[np.int64]], points: Floats
-    ) -> Floats:
+    def _disc(self, cell: Ints, points: Floats) -> Floats:
         size = self.radii.shape[0]
         pick = (cell[..., 1] % size, cell[..., 0] % size)
         centre = (cell + self.places[pick]) * PITCH * self.diameter
@@ -63,15 +61,34 @@ def planar_speckle(*, diameter: float, seed: int) -> PlanarSpeckle:
     return PlanarSpeckle(rng.random((size, size, 2)), radii, strengths, diameter)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exposure:
+    """Light and noise of one picture.
+
+    Attributes
+    ----------
+    gain, offset, slope : float
+        Contrast; added grey; added grey across the width.
+    noise : float
+        Standard deviation of the grey noise, levels of 255.
+    seed : int
+        Of the noise.
+    """
+
+    gain: float
+    offset: float
+    slope: float
+    noise: float
+    seed: int
+
+
 def take_picture(
     speckle: PlanarSpeckle,
     shape: tuple[int, int],
+    exposure: Exposure,
     *,
     material_at: Map,
-    inside: Callable[[Floats], np.ndarray[tuple[int, ...], np.dtype[np.bool_]]],
-    noise: float,
-    light: tuple[float, float, float],
-    seed: int,
+    inside: Callable[[Floats], Bools],
 ) -> GreyImage:
     """Take a picture of a speckle that lies anyhow.
 
@@ -79,30 +96,24 @@ def take_picture(
     ----------
     speckle : PlanarSpeckle
     shape : (H, W)
+    exposure : Exposure
     material_at : callable (..., 2) -> (..., 2)
         Material point (px of the undeformed picture) that is seen at a pixel (x, y).
     inside : callable (..., 2) -> (...)
         Whether a material point belongs to the specimen.
-    noise : float
-        Standard deviation of the grey noise, levels of 255.
-    light : (gain, offset, slope)
-        Contrast, added grey, and added grey across the width.
-    seed : int
-        Of the noise.
     """
     rows, cols = np.mgrid[: shape[0], : shape[1]].astype(np.float64)
     material = material_at(np.stack([cols, rows], axis=-1))
     mask = inside(material)
-    gain, offset, slope = light
-    grey = 0.5 + 0.18 * gain * speckle.at(material) + offset + slope * (cols / shape[1] - 0.5)
-    grey = grey + np.random.default_rng(seed).normal(0.0, noise / 255, shape)
+    grey = 0.5 + 0.18 * exposure.gain * speckle.at(material) + exposure.offset
+    grey += exposure.slope * (cols / shape[1] - 0.5)
+    grey += np.random.default_rng(exposure.seed).normal(0.0, exposure.noise / 255, shape)
     levels = np.rint(255 * np.clip(grey, 0.0, 1.0)) / 255
-    picture: Greys = np.where(mask, levels, 0.0).astype(np.float32)
-    return GreyImage(picture, mask)
+    return GreyImage(np.where(mask, levels, 0.0).astype(np.float32), mask)
 
 
 def inverse_at(material_at: Map, points: Floats, start: Floats) -> Floats:
-    """Where material points (N, 2) are seen: Newton's method on the map of the picture.
+    """Find where material points (N, 2) are seen: Newton's method on the map of the picture.
 
     Parameters
     ----------
