@@ -9,14 +9,19 @@ of the grey are eliminated exactly: Hessian and right-hand side are those of the
 normalised residual, not of the raw one.
 """
 
+from typing import TypeAlias
+
 import numpy as np
 from numba import njit, prange
+from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Codes, Floats, Greys, Ints
 from shapemorph.core.status import PointStatus
 from shapemorph.kernels.small_linear import compose_with_inverse, factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
 from shapemorph.kernels.subset_rows import LANES, warped_moments
+
+Counts: TypeAlias = NDArray[np.int32]
 
 OK = int(PointStatus.OK)
 LEFT_IMAGE = int(PointStatus.LEFT_IMAGE)
@@ -38,7 +43,7 @@ _ONE = np.float32(1.0)
 
 @njit(cache=True, error_model="numpy")
 def _pixels_inside(counts, left, top, right, bottom) -> int:  # type: ignore[no-untyped-def]
-    """Number of counting pixels in columns left ... right - 1 of rows top ... bottom - 1."""
+    """Count the good pixels in columns left ... right - 1 of rows top ... bottom - 1."""
     inner = counts[bottom, right] - counts[top, right] - counts[bottom, left]
     return int(inner + counts[top, left])
 
@@ -119,8 +124,9 @@ def _corner_motion(step, radius) -> float:  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _match_one(  # type: ignore[no-untyped-def]
-    reference, coefficients, inside, counts, x, y, warp, radius, order, second, tolerance,
-    max_iterations, min_count, min_deviation, max_drift, lane_x, steps, weights, is_full, system,
+    reference, inside, counts, coefficients, other_inside, other_counts, x, y, warp,
+    radius, order, second, tolerance, max_iterations, min_count, min_deviation, max_drift,
+    lane_x, steps, weights, is_full, system,
 ) -> tuple[int, float, int, bool]:  # fmt: skip
     """Match one point; `warp` is its start and becomes its result."""
     hessian, lower, products = system[0:12], system[12:24], system[24:27]
@@ -132,7 +138,7 @@ def _match_one(  # type: ignore[no-untyped-def]
     row, col = y - radius, x - radius
     min_energy = min_deviation * min_deviation
 
-    count, full = _load_weights(inside[0], counts[0], row, col, weights, is_full)
+    count, full = _load_weights(inside, counts, row, col, weights, is_full)
     if count < min_count:
         return LOW_CONTRAST, np.nan, 0, full
     fresh, damping = True, 0.0
@@ -140,11 +146,11 @@ def _match_one(  # type: ignore[no-untyped-def]
     best_zncc = -2.0
     start_x, start_y = warp[0], warp[6]
     for iteration in range(1, max_iterations + 1):
-        where = _whole_box(counts[1], x, y, warp, radius)
+        where = _whole_box(other_counts, x, y, warp, radius)
         if where == 0:
             return LEFT_IMAGE, np.nan, iteration, full
         if where == 1:
-            count, dropped = _limit_weights(inside[1], x, y, warp, radius, weights)
+            count, dropped = _limit_weights(other_inside, x, y, warp, radius, weights)
             full = full and not dropped
             fresh = fresh or dropped
             if count < min_count:
@@ -217,9 +223,11 @@ def _match_one(  # type: ignore[no-untyped-def]
 @njit(cache=True, parallel=True, error_model="numpy")
 def match_subsets(
     reference: Greys,
-    coefficients: Greys,
     inside: Greys,
-    counts: np.ndarray,  # type: ignore[type-arg]
+    counts: Counts,
+    coefficients: Greys,
+    other_inside: Greys,
+    other_counts: Counts,
     points: Ints,
     starts: Floats,
     radius: int,
@@ -240,12 +248,14 @@ def match_subsets(
     ----------
     reference : (3, H, W) float32
         Grey and its derivatives along x and y.
+    inside : (H, W) float32
+        1 where a pixel of the reference counts, else 0.
+    counts : (H + 1, W + 1) int32
+        Number of those pixels above and left of each corner.
     coefficients : (H, W) float32
         Cubic B-spline coefficients of the deformed picture.
-    inside : (2, H, W) float32
-        1 where a pixel of the reference, of the deformed picture counts, else 0.
-    counts : (2, H + 1, W + 1) int32
-        Number of those pixels above and left of each corner.
+    other_inside, other_counts
+        The same as for the reference, of the deformed picture.
     points : (N, 2) int64
         Centres (x, y) of the subsets.
     starts : (N, 12)
@@ -292,8 +302,9 @@ def match_subsets(
         full = False
         for k in range(block * BLOCK, min((block + 1) * BLOCK, number)):
             outcome[k], zncc[k], iterations[k], full = _match_one(
-                reference, coefficients, inside, counts, points[k, 0], points[k, 1], warps[k],
-                radius, order, second, tolerance, max_iterations, min_count, min_deviation,
-                max_drift, lane_x, steps, weights, full, system,
+                reference, inside, counts, coefficients, other_inside, other_counts,
+                points[k, 0], points[k, 1], warps[k], radius, order, second, tolerance,
+                max_iterations, min_count, min_deviation, max_drift, lane_x, steps, weights,
+                full, system,
             )  # fmt: skip
     return warps, zncc, iterations, outcome

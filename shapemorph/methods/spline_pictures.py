@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Bools, Floats, Greys
+from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.image import GreyImage
 
 RINGS = 4  # the spline prefilter forgets by 0.27 per pixel: 0.5 % after four
@@ -134,7 +134,7 @@ def _smooth(values: Greys, axis: int) -> Greys:
 
 
 def _differ(values: Greys, axis: int) -> Greys:
-    """Derivative of a cubic spline at its knots along one axis, mirrored at the ends."""
+    """Differentiate a cubic spline at its knots along one axis, mirrored at the ends."""
     before, after = _neighbours(values, axis)
     slope: Greys = (after - before) * np.float32(0.5)
     return slope
@@ -160,10 +160,3 @@ def _mirror_rim(coefficients: Greys, pad: int) -> None:
     for k in (1, 2):
         coefficients[:, pad - k] = coefficients[:, pad + k]
         coefficients[:, pad + width - 1 + k] = coefficients[:, pad + width - 1 - k]
-
-
-def predicted_slope_energy(reference: ReferencePicture) -> Floats:
-    """Mean squared slope along x and y over the pixels that count, per px^2."""
-    weights = reference.inside.astype(np.float64)
-    energy = [(reference.planes[k].astype(np.float64) ** 2 * weights).sum() for k in (1, 2)]
-    return np.array(energy) / max(weights.sum(), 1.0)

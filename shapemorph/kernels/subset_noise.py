@@ -1,0 +1,297 @@
+"""Random error of matched subsets from the residual of the match.
+
+What is left of the grey after a match is the noise of both pictures as the match saw
+it, resampling included. Its autocovariance at short lags, together with the weight
+that each pixel has in the solution, gives the variance of the solution.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from shapemorph.core.arrays import Floats, Greys, Ints
+from shapemorph.kernels.small_linear import factor, solve
+from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
+from shapemorph.kernels.subset_rows import VECTOR_FLAGS
+
+BLOCK = 16
+_ZERO = np.float32(0.0)
+_ONE = np.float32(1.0)
+
+
+@njit(forceinline=True, error_model="numpy")
+def _place(warp, a, b):  # type: ignore[no-untyped-def]
+    """Warped position of the local pixel (a, b) relative to the centre."""
+    x = warp[0] + warp[1] * a + warp[2] * b + warp[3] * a * a + warp[4] * a * b + warp[5] * b * b
+    y = warp[6] + warp[7] * a + warp[8] * b + warp[9] * a * a + warp[10] * a * b + warp[11] * b * b
+    return x, y
+
+
+@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+def _cubic(c, x, y):  # type: ignore[no-untyped-def]
+    """Value of the spline at one position."""
+    col, row = int(np.floor(x)), int(np.floor(y))
+    t, u = x - col, y - row
+    total = 0.0
+    for j in range(4):
+        v = abs(u + 1.0 - j)
+        wy = (4.0 - 6.0 * v * v + 3.0 * v * v * v) if v < 1.0 else (2.0 - v) * (2.0 - v) * (2.0 - v)
+        for i in range(4):
+            h = abs(t + 1.0 - i)
+            wx = (
+                (4.0 - 6.0 * h * h + 3.0 * h * h * h)
+                if h < 1.0
+                else (2.0 - h) * (2.0 - h) * (2.0 - h)
+            )
+            total += wy * wx * c[row - 1 + j, col - 1 + i]
+    return total / 36.0
+
+
+@njit(cache=True, error_model="numpy")
+def _load(  # type: ignore[no-untyped-def]
+    coefficients, inside, other_inside, x, y, warp, radius, weights, found
+) -> float:
+    """Fill weights and deformed grey of a subset; return the number of pixels that count."""
+    height, length = inside.shape
+    total = 0.0
+    for j in range(2 * radius + 1):
+        for i in range(2 * radius + 1):
+            row, col = y + j - radius, x + i - radius
+            weights[j, i] = found[j, i] = _ZERO
+            if inside[row, col] == _ZERO:
+                continue
+            at_x, at_y = _place(warp, float(i - radius), float(j - radius))
+            at_x, at_y = x + at_x, y + at_y
+            if not (2.0 <= at_x < length - 3.0 and 2.0 <= at_y < height - 3.0):
+                continue
+            if other_inside[int(np.floor(at_y + 0.5)), int(np.floor(at_x + 0.5))] == _ZERO:
+                continue
+            weights[j, i] = _ONE
+            found[j, i] = np.float32(_cubic(coefficients, at_x, at_y))
+            total += 1.0
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def _take_residual(reference, x, y, radius, weights, found, system) -> None:  # type: ignore[no-untyped-def]
+    """Replace the deformed grey by what gain, offset and a plane do not explain."""
+    matrix, lower, right, solution = system[0:4], system[4:8], system[8], system[9]
+    matrix[:] = 0.0
+    right[:] = 0.0
+    terms = np.empty(4)
+    for j in range(2 * radius + 1):
+        for i in range(2 * radius + 1):
+            if weights[j, i] == _ZERO:
+                continue
+            terms[0], terms[1], terms[2] = 1.0, (i - radius) / radius, (j - radius) / radius
+            terms[3] = found[j, i] - 0.5
+            grey = reference[0, y + j - radius, x + i - radius]
+            for a in range(4):
+                right[a] += terms[a] * grey
+                for b in range(a + 1):
+                    matrix[a, b] += terms[a] * terms[b]
+    if not factor(matrix, 4, 0.0, lower):
+        found[:] = _ZERO
+        return
+    solve(lower, right, 4, solution)
+    for j in range(2 * radius + 1):
+        for i in range(2 * radius + 1):
+            if weights[j, i] == _ZERO:
+                continue
+            grey = reference[0, y + j - radius, x + i - radius]
+            explained = solution[0] + solution[3] * (found[j, i] - 0.5)
+            explained += (solution[1] * (i - radius) + solution[2] * (j - radius)) / radius
+            found[j, i] = np.float32(grey - explained)
+
+
+@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+def _lag_product(a, b, down, right, width) -> float:  # type: ignore[no-untyped-def]
+    """Sum of a[i] b[i + lag] over a subset; `down` >= 0."""
+    total = _ZERO
+    first, last = max(0, -right), min(width, width - right)
+    start, shift = np.uint64(first), np.uint64(first + right)
+    for j in range(width - down):
+        line, other = np.uint64(j), np.uint64(j + down)
+        for i in range(np.uint64(last - first)):
+            total += a[line, start + i] * b[other, shift + i]
+    return float(total)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def residual_products(
+    reference: Greys,
+    coefficients: Greys,
+    inside: Greys,
+    other_inside: Greys,
+    points: Ints,
+    warps: Floats,
+    radius: int,
+    lags: Ints,
+) -> tuple[Floats, Floats]:
+    """Sum the products of the residual with itself at short lags, subset by subset.
+
+    Parameters
+    ----------
+    reference, coefficients, points, warps, radius
+        As in :func:`~shapemorph.kernels.icgn.match_subsets`; the warps are its results.
+    inside, other_inside : (H, W) float32
+        1 where a pixel of the reference, of the deformed picture counts.
+    lags : (K, 2) int64
+        Rows down (>= 0) and columns to the right.
+
+    Returns
+    -------
+    products, pairs : (N, K)
+        Sums, and the number of pairs of pixels in them.
+    """
+    number, width = points.shape[0], 2 * radius + 1
+    products = np.zeros((number, lags.shape[0]))
+    pairs = np.zeros((number, lags.shape[0]))
+    for block in prange((number + BLOCK - 1) // BLOCK):
+        weights = np.zeros((width, width), dtype=np.float32)
+        found = np.zeros((width, width), dtype=np.float32)
+        system = np.zeros((10, 4))
+        for k in range(block * BLOCK, min((block + 1) * BLOCK, number)):
+            x, y = points[k, 0], points[k, 1]
+            _load(
+                reference,
+                coefficients,
+                inside,
+                other_inside,
+                x,
+                y,
+                warps[k],
+                radius,
+                weights,
+                found,
+            )
+            _take_residual(reference, x, y, radius, weights, found, system)
+            for n in range(lags.shape[0]):
+                products[k, n] = _lag_product(found, found, lags[n, 0], lags[n, 1], width)
+                pairs[k, n] = _lag_product(weights, weights, lags[n, 0], lags[n, 1], width)
+    return products, pairs
+
+
+@njit(cache=True, error_model="numpy")
+def _fill_influence(  # type: ignore[no-untyped-def]
+    reference, x, y, radius, terms, weights, mean, count, energy, total, along, rows, influence
+):  # fmt: skip
+    """Weight of each pixel's grey in u and v of the solution."""
+    for axis in range(2):
+        sum_total, sum_along = 0.0, 0.0
+        for a in range(2 * terms):
+            at = 3 + a if a < terms else 9 + a - terms
+            sum_total += rows[axis, a] * total[at]
+            sum_along += rows[axis, a] * along[at]
+        for j in range(2 * radius + 1):
+            b = float(j - radius)
+            for i in range(2 * radius + 1):
+                influence[axis, j, i] = _ZERO
+                if weights[j, i] == _ZERO:
+                    continue
+                a = float(i - radius)
+                row, col = y + j - radius, x + i - radius
+                px, py = rows[axis, 0], rows[axis, terms]
+                if terms >= 3:
+                    px += rows[axis, 1] * a + rows[axis, 2] * b
+                    py += rows[axis, terms + 1] * a + rows[axis, terms + 2] * b
+                if terms == 6:
+                    px += rows[axis, 3] * a * a + rows[axis, 4] * a * b + rows[axis, 5] * b * b
+                    py += rows[axis, 9] * a * a + rows[axis, 10] * a * b + rows[axis, 11] * b * b
+                value = px * reference[1, row, col] + py * reference[2, row, col]
+                value -= sum_total / count
+                value -= sum_along / energy * (reference[0, row, col] - mean)
+                influence[axis, j, i] = np.float32(value)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def solution_covariance(
+    reference: Greys,
+    coefficients: Greys,
+    inside: Greys,
+    other_inside: Greys,
+    points: Ints,
+    warps: Floats,
+    radius: int,
+    order: int,
+    second: int | None,
+    lags: Ints,
+    covariance: Floats,
+) -> Floats:
+    """Covariance of the matched position from the autocovariance of the grey noise.
+
+    Parameters
+    ----------
+    reference, coefficients, inside, other_inside, points, warps, radius, lags
+        As in :func:`residual_products`.
+    order, second
+        As in :func:`~shapemorph.kernels.icgn.match_subsets`.
+    covariance : (N, K)
+        Of the noise in the residual, at each lag; a lag stands for its opposite too.
+
+    Returns
+    -------
+    (N, 3)
+        Variance of x, of y, covariance, px^2; NaN where there is no pattern.
+    """
+    number, width = points.shape[0], 2 * radius + 1
+    terms = (order + 1) * (order + 2) // 2
+    result = np.full((number, 3), np.nan)
+    for block in prange((number + BLOCK - 1) // BLOCK):
+        weights = np.zeros((width, width), dtype=np.float32)
+        found = np.zeros((width, width), dtype=np.float32)
+        influence = np.zeros((2, width, width), dtype=np.float32)
+        lane_x = np.empty(width, dtype=np.float32)
+        for i in range(width):
+            lane_x[i] = np.float32(i - radius)
+        system = np.zeros((32, 15))
+        hessian, lower, products = system[0:12], system[12:24], system[24:27]
+        total, along, unit, rows = system[27], system[28], system[29], system[30:32]
+        for k in range(block * BLOCK, min((block + 1) * BLOCK, number)):
+            x, y = points[k, 0], points[k, 1]
+            count = _load(
+                reference,
+                coefficients,
+                inside,
+                other_inside,
+                x,
+                y,
+                warps[k],
+                radius,
+                weights,
+                found,
+            )
+            if count < 4:
+                continue
+            mean = mean_grey(reference, weights, y - radius, x - radius, count)
+            reference_moments(
+                reference, weights, lane_x, y - radius, x - radius, mean, second, products, total,
+                along,
+            )  # fmt: skip
+            offset = along[0] / count
+            energy = along[1] - along[0] * offset
+            if not energy > 0.0:
+                continue
+            for a in range(3, 15):
+                along[a] -= offset * total[a]
+            fill_hessian(products, total, along, count, energy, terms, hessian)
+            if not factor(hessian, 2 * terms, 0.0, lower):
+                continue
+            for axis in range(2):
+                unit[:] = 0.0
+                unit[axis * terms] = 1.0
+                solve(lower, unit, 2 * terms, rows[axis])
+            _fill_influence(
+                reference, x, y, radius, terms, weights, float(mean) + offset, count, energy,
+                total, along, rows, influence,
+            )  # fmt: skip
+            for pick in range(3):
+                one, other = influence[0 if pick != 1 else 1], influence[0 if pick == 0 else 1]
+                variance = 0.0
+                for n in range(lags.shape[0]):
+                    down, right = lags[n, 0], lags[n, 1]
+                    shared = _lag_product(one, other, down, right, width)
+                    if down != 0 or right != 0:
+                        shared += _lag_product(other, one, down, right, width)
+                    variance += covariance[k, n] * shared
+                result[k, pick] = variance
+    return result

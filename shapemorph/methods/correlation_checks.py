@@ -1,0 +1,172 @@
+"""Check converged points against what their neighbours say."""
+
+from typing import TypeVar
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Codes, Floats, Ints
+from shapemorph.core.status import PointStatus
+from shapemorph.kernels.neighbours import predict_from_neighbours
+
+Values = TypeVar("Values", Floats, Ints)
+
+REACH = 2  # neighbours in a window of 5 x 5 points
+SPREADS = 5.0  # a point may be so many spreads of its neighbours' predictions off
+MIN_NEIGHBOURS = 3
+ROUNDS = 3
+MIN_ISLAND = 5  # points; fewer that contradict all around them are not believed
+
+
+def neighbour_guesses(
+    position: Floats, gradient: Floats, usable: Bools, queries: Ints, *, spacing: int
+) -> tuple[Floats, Floats, Bools]:
+    """Guess where points went from usable neighbours.
+
+    Parameters
+    ----------
+    position : (R, C, 2)
+    gradient : (R, C, 2, 2)
+    usable : (R, C) bool
+    queries : (Q, 2)
+        Row and column of the points to guess.
+    spacing : int
+        Of the grid, px.
+
+    Returns
+    -------
+    position : (Q, 2)
+    gradient : (Q, 2, 2)
+    known : (Q,) bool
+        Where there were enough neighbours; NaN elsewhere.
+
+    References
+    ----------
+    Genovese, Sorgente (2017), Eq. 2, doi:10.1016/j.optlaseng.2017.06.020: first guesses
+    from at least three neighbours; here by medians of what each of them predicts.
+    """
+    found, slope, _spread, count = predict_from_neighbours(
+        np.ascontiguousarray(position),
+        np.ascontiguousarray(gradient),
+        usable,
+        queries,
+        float(spacing),
+        REACH,
+    )
+    return found, slope, count >= MIN_NEIGHBOURS
+
+
+def find_outliers(
+    position: Floats, gradient: Floats, status: Codes, *, spacing: int, floor: float
+) -> Bools:
+    """Find points that contradict their neighbours.
+
+    The neighbours' affine maps, continued to the point, say where it should be. It may be
+    off by some spreads of what they say: beside a kink they disagree, so more is allowed
+    there than in a smooth field. Found points lose their say and all are judged again.
+    Last, groups of a few points that no longer hang together with the rest are dropped.
+
+    Parameters
+    ----------
+    position : (R, C, 2)
+        Matched positions, px.
+    gradient : (R, C, 2, 2)
+    status : (R, C)
+        Only OK points are judged, and speak.
+    spacing : int
+        Of the grid, px.
+    floor : float
+        Deviation that is always allowed, px.
+
+    Returns
+    -------
+    (R, C) bool
+    """
+    candidate = status == PointStatus.OK
+    queries = np.argwhere(candidate)
+    outlier = np.zeros_like(candidate)
+    for _ in range(ROUNDS):
+        before = outlier
+        outlier = np.zeros_like(candidate)
+        deviation, allowed = _deviations(
+            position, gradient, candidate & ~before, queries, spacing=spacing, floor=floor
+        )
+        outlier[tuple(queries[deviation > allowed].T)] = True
+        if np.array_equal(outlier, before):
+            break
+    islands = _islands(position, gradient, candidate & ~outlier, spacing=spacing, floor=floor)
+    return np.asarray(outlier | islands)
+
+
+def _deviations(
+    position: Floats, gradient: Floats, usable: Bools, queries: Ints, *, spacing: int, floor: float
+) -> tuple[Floats, Floats]:
+    """(Q,) distance from what the neighbours say, and the distance that is allowed."""
+    predicted, _slope, spread, _count = predict_from_neighbours(
+        np.ascontiguousarray(position),
+        np.ascontiguousarray(gradient),
+        usable,
+        queries,
+        float(spacing),
+        REACH,
+    )
+    off = position[tuple(queries.T)] - predicted
+    return np.hypot(off[:, 0], off[:, 1]), np.maximum(SPREADS * spread, floor)
+
+
+def _islands(
+    position: Floats, gradient: Floats, usable: Bools, *, spacing: int, floor: float
+) -> Bools:
+    """Small groups of points, each joined to neighbours that it agrees with."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    number = np.full(usable.shape, -1)
+    number[usable] = np.arange(np.count_nonzero(usable))
+    pairs = [
+        _agreeing(position, gradient, number, step, spacing=spacing, floor=floor)
+        for step in ((0, 1), (1, 0), (1, 1), (1, -1))
+    ]
+    first, second = np.concatenate(pairs, axis=1)
+    total = int(number.max(initial=-1)) + 1
+    if total == 0:
+        return np.zeros_like(usable)
+    graph = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(total, total))
+    _count, label = connected_components(graph, directed=False)
+    size = np.bincount(label)
+    small = (size < MIN_ISLAND) & (size < size.max())
+    found = np.zeros_like(usable)
+    found[usable] = small[label]
+    return found
+
+
+def _agreeing(
+    position: Floats,
+    gradient: Floats,
+    number: Ints,
+    step: tuple[int, int],
+    *,
+    spacing: int,
+    floor: float,
+) -> Ints:
+    """(2, K) numbers of neighbours, `step` rows and columns apart, that continue each other."""
+    here, there = _shifted(number, step)
+    at = _shifted(position, step)
+    slope = _shifted(gradient, step)
+    way = spacing * np.array([step[1], step[0]], dtype=np.float64)
+    gap = at[1] - at[0] - 0.5 * (slope[0] + slope[1]) @ way
+    bend = 0.5 * np.linalg.norm((slope[1] - slope[0]) @ way, axis=-1)
+    good = (here >= 0) & (there >= 0)
+    good &= np.linalg.norm(gap, axis=-1) <= np.maximum(floor, bend)
+    return np.stack([here[good], there[good]])
+
+
+def _shifted(values: Values, step: tuple[int, int]) -> tuple[Values, Values]:
+    """Values of each point and of the one `step` rows and columns on."""
+    rows, cols = step
+    high = values[: values.shape[0] - rows]
+    low = values[rows:]
+    if cols > 0:
+        return high[:, :-cols], low[:, cols:]
+    if cols < 0:
+        return high[:, -cols:], low[:, :cols]
+    return high, low

@@ -1,0 +1,87 @@
+"""Random error of every matched point, from the residuals of all."""
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.kernels.subset_noise import residual_products, solution_covariance
+from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
+
+MAX_LAG = 3  # px; resampling correlates noise no farther unless it magnifies
+AVERAGED = 5  # points across the window in which the autocovariance is averaged
+FITTED = 10.0  # parameters that a match takes out of the residual: affine, gain, offset, slope
+LEAST_SHARE = 0.1  # of the variance that white noise of the same strength would cause
+
+
+def displacement_covariance(
+    reference: ReferencePicture,
+    deformed: DeformedPicture,
+    points: Ints,
+    warps: Floats,
+    usable: Bools,
+    *,
+    radius: int,
+    order: int,
+) -> Floats:
+    """Covariance of matched positions, random part only.
+
+    The residual between each subset and its match, after gain, offset and a slope of the
+    light, is the noise of both pictures as the match saw it. Its autocovariance, averaged
+    over neighbouring points, is carried through the normal equations. A misfit of the
+    shape function counts as noise too, so the figure is rather too high there.
+
+    Parameters
+    ----------
+    reference, deformed : ReferencePicture, DeformedPicture
+    points : (R, C, 2)
+        Grid, px.
+    warps : (R, C, 12)
+        Subset warps.
+    usable : (R, C) bool
+        Points that were matched.
+    radius, order : int
+        Of the subset, px; of the shape function.
+
+    Returns
+    -------
+    (R, C, 2, 2)
+        px^2; NaN where not usable.
+    """
+    lags = short_lags(MAX_LAG)
+    where = np.nonzero(usable)
+    at = np.ascontiguousarray(points[where] + reference.pad)
+    some = (reference.planes, deformed.coefficients, reference.inside, deformed.inside, at)
+    chosen = np.ascontiguousarray(warps[where])
+    products, pairs = residual_products(*some, chosen, radius, lags)
+    noise = _average(products, pairs, usable)
+    white = np.zeros_like(noise)
+    white[:, 0] = noise[:, 0]
+    second = 1 if order == 2 else None
+    found = solution_covariance(*some, chosen, radius, order, second, lags, noise)
+    floor = solution_covariance(*some, chosen, radius, order, second, lags[:1], white[:, :1])
+    found[:, :2] = np.maximum(found[:, :2], LEAST_SHARE * floor[:, :2])
+    limit = np.sqrt(found[:, 0] * found[:, 1])
+    found[:, 2] = np.clip(found[:, 2], -limit, limit)
+    result = np.full((*usable.shape, 2, 2), np.nan)
+    result[where] = found[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
+    return result
+
+
+def short_lags(largest: int) -> Ints:
+    """(K, 2) lags (rows down, columns right) up to a length, one of each opposite pair."""
+    steps = range(-largest, largest + 1)
+    lags = [(r, c) for r in range(largest + 1) for c in steps if r > 0 or c >= 0]
+    return np.array(lags, dtype=np.int64)
+
+
+def _average(products: Floats, pairs: Floats, usable: Bools) -> Floats:
+    """(N, K) autocovariance averaged over the window around each usable point."""
+    from scipy.ndimage import uniform_filter
+
+    lost = FITTED / np.maximum(pairs[:, :1], FITTED + 1.0)
+    noise = np.empty_like(products)
+    for k in range(products.shape[1]):
+        sums = np.zeros((2, *usable.shape))
+        sums[0][usable], sums[1][usable] = products[:, k], pairs[:, k]
+        smooth = [uniform_filter(each, AVERAGED, mode="constant")[usable] for each in sums]
+        noise[:, k] = smooth[0] / np.maximum(smooth[1], 1e-9)
+    return noise / (1.0 - lost)

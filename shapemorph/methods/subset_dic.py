@@ -1,0 +1,185 @@
+"""Subset correlation of points on a regular grid."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Codes, Floats, Ints
+from shapemorph.core.status import PointStatus
+from shapemorph.kernels.icgn import match_subsets
+from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
+
+MIN_DEVIATION = 1.0 / 255.0  # a subset with less contrast shows no pattern
+REACH = 4  # px beyond the drift that the spline needs
+
+
+@dataclass(frozen=True, slots=True)
+class SubsetSettings:
+    """How subsets are matched.
+
+    Attributes
+    ----------
+    radius : int
+        The subset is 2 radius + 1 px wide.
+    order : int
+        Of the shape function: 0, 1 or 2.
+    tolerance : float
+        Stop when no corner of the subset moves farther, px.
+    max_iterations : int
+    min_inside : float
+        Share of the subset's pixels that must count.
+    max_drift : float
+        Farthest a point may move from its start, px.
+    """
+
+    radius: int
+    order: int
+    tolerance: float
+    max_iterations: int
+    min_inside: float
+    max_drift: float
+
+    @property
+    def pad(self) -> int:
+        """Padding of pictures in which no subset is ever out of reach, px."""
+        return self.radius + int(np.ceil(self.max_drift)) + REACH
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SubsetMatches:
+    """What became of a list of points.
+
+    Attributes
+    ----------
+    position : (N, 2) float64
+        Matched position (x, y), px; the last estimate where `status` is not OK.
+    gradient : (N, 2, 2) float64
+        d position[i] / d reference[j].
+    warps : (N, 12) float64
+        The whole subset warp, as the kernel has it.
+    zncc : (N,) float64
+    iterations : (N,) int64
+    status : (N,) uint8
+    seconds : float
+        Time in the kernel.
+    """
+
+    position: Floats
+    gradient: Floats
+    warps: Floats
+    zncc: Floats
+    iterations: Ints
+    status: Codes
+    seconds: float
+
+
+def grid_points(mask: Bools, *, spacing: int) -> tuple[Ints, Bools]:
+    """Lay a regular grid over a mask.
+
+    Returns
+    -------
+    points : (R, C, 2) int64
+        Whole multiples of the spacing (x, y), over the bounding box of the mask.
+    inside : (R, C) bool
+        Points on the mask.
+    """
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if len(rows) == 0:
+        return np.zeros((0, 0, 2), dtype=np.int64), np.zeros((0, 0), dtype=bool)
+    x = _multiples(int(cols[0]), int(cols[-1]), spacing)
+    y = _multiples(int(rows[0]), int(rows[-1]), spacing)
+    points = np.stack(np.meshgrid(x, y), axis=-1)
+    return points, mask[np.ix_(y, x)]
+
+
+def _multiples(low: int, high: int, spacing: int) -> Ints:
+    return np.arange(-(-low // spacing), high // spacing + 1, dtype=np.int64) * spacing
+
+
+def identity_starts(number: int) -> Floats:
+    """(N, 12) warps that leave every pixel where it is."""
+    starts = np.zeros((number, 12))
+    starts[:, 1] = starts[:, 8] = 1.0
+    return starts
+
+
+def affine_starts(points: Ints, position: Floats, gradient: Floats) -> Floats:
+    """(N, 12) warps that carry `points` to `position` with a given (N, 2, 2) gradient."""
+    starts = np.zeros((len(points), 12))
+    starts[:, [0, 6]] = position - points
+    starts[:, [1, 2, 7, 8]] = gradient.reshape(-1, 4)
+    return starts
+
+
+def match_points(
+    reference: ReferencePicture,
+    deformed: DeformedPicture,
+    points: Ints,
+    starts: Floats,
+    *,
+    settings: SubsetSettings,
+) -> SubsetMatches:
+    """Match the subsets around points of the reference picture.
+
+    Parameters
+    ----------
+    reference, deformed : ReferencePicture, DeformedPicture
+        Padded by ``settings.pad``.
+    points : (N, 2)
+        Centres (x, y), px.
+    starts : (N, 12)
+        See :func:`identity_starts` and :func:`affine_starts`.
+    settings : SubsetSettings
+    """
+    at, begin = np.ascontiguousarray(points + reference.pad), np.ascontiguousarray(starts)
+
+    def run(number: int) -> tuple[Floats, Floats, Ints, Codes]:
+        return match_subsets(  # type: ignore[no-any-return]
+            reference.planes,
+            reference.inside,
+            reference.counts,
+            deformed.coefficients,
+            deformed.inside,
+            deformed.counts,
+            at[:number],
+            begin[:number],
+            settings.radius,
+            settings.order,
+            1 if settings.order == 2 else None,
+            settings.tolerance,
+            settings.max_iterations,
+            settings.min_inside * (2 * settings.radius + 1) ** 2,
+            MIN_DEVIATION,
+            settings.max_drift,
+        )
+
+    run(0)  # compiles where that has not been done, so that it is not timed
+    start = time.perf_counter()
+    warps, zncc, iterations, status = run(len(at))
+    seconds = time.perf_counter() - start
+    position = points + warps[:, [0, 6]]
+    gradient = warps[:, [1, 2, 7, 8]].reshape(-1, 2, 2)
+    return SubsetMatches(position, gradient, warps, zncc, iterations, status, seconds)
+
+
+def judge_zncc(status: Codes, zncc: Floats, *, min_zncc: float) -> Codes:
+    """Lower OK to LOW_ZNCC where the correlation is below a limit."""
+    poor = (status == PointStatus.OK) & ~(zncc >= min_zncc)
+    return np.where(poor, np.uint8(PointStatus.LOW_ZNCC), status)
+
+
+@contextmanager
+def kernel_threads(threads: int | None) -> Iterator[None]:
+    """Limit the threads of compiled loops while a block runs; None leaves them alone."""
+    import numba
+
+    before = numba.get_num_threads()
+    if threads is not None:
+        numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)

@@ -1,0 +1,136 @@
+"""A warp corrected by what correlation found on a grid."""
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.matching import Warp
+from shapemorph.methods.warping import warp_points
+
+MARGIN = 6  # cells around the grid; the spline forgets its border by 0.27 per cell
+TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+RIDGE = 1e-6  # of the weight: keeps fits at rims and corners solvable
+ENOUGH = 0.05  # weight of measured points that a gap is filled from
+
+
+def renew_warp(
+    warp: Warp, points: Ints, deformed: Floats, usable: Bools, *, spacing: int, reach: float
+) -> Warp:
+    """Correct a warp by what a grid of points says, smoothed.
+
+    What the points say beyond the warp is fitted around each of them by a quadratic
+    surface with Gaussian weights. So the warp takes over the curvature of the field,
+    which an affine subset cannot follow, but not the noise of single points: what varies
+    within a subset is not measured again by the next correlation, it stays.
+
+    Parameters
+    ----------
+    warp : Warp
+        Reference -> deformed.
+    points : (R, C, 2)
+        Regular grid in the reference, px.
+    deformed : (R, C, 2)
+        Where the points went, px.
+    usable : (R, C) bool
+        Points that are to be trusted.
+    spacing : int
+        Of the grid, px.
+    reach : float
+        Standard deviation of the weights, px.
+    """
+    x = _lattice(points[0, :, 0], spacing)
+    y = _lattice(points[:, 0, 1], spacing)
+    knots = np.stack(np.meshgrid(x, y), axis=-1)
+    before = continue_warp(warp, knots.reshape(-1, 2)).reshape(knots.shape)
+    inner = (slice(MARGIN, -MARGIN), slice(MARGIN, -MARGIN))
+    correction = np.zeros_like(before)
+    known = np.zeros(before.shape[:2], dtype=bool)
+    correction[inner][usable] = (deformed - before[inner])[usable]
+    known[inner] = usable
+    smooth, sound = smooth_quadratic(correction, known, reach=reach / spacing)
+    target = before + fill_gaps(smooth, sound)
+    return Warp(_through(target), np.array([x[0], y[0]]), float(spacing))
+
+
+def smooth_quadratic(values: Floats, known: Bools, *, reach: float) -> tuple[Floats, Bools]:
+    """Fit a quadratic surface around every point of a grid, with Gaussian weights.
+
+    Parameters
+    ----------
+    values : (R, C, D)
+    known : (R, C) bool
+        Values that count.
+    reach : float
+        Standard deviation of the weights, in points.
+
+    Returns
+    -------
+    smooth : (R, C, D)
+        The surface at its own centre.
+    sound : (R, C) bool
+        Where known points lie on all sides, or near, so that the fit is one.
+    """
+    from scipy.ndimage import correlate1d
+
+    offsets = np.arange(-int(np.ceil(3 * reach)), int(np.ceil(3 * reach)) + 1) / reach
+    kernels = [np.exp(-0.5 * offsets**2) * offsets**n for n in range(5)]
+
+    def moment(field: Floats, along_x: int, along_y: int) -> Floats:
+        rows = correlate1d(field, kernels[along_x], axis=1, mode="constant")
+        return np.asarray(correlate1d(rows, kernels[along_y], axis=0, mode="constant"))
+
+    weight = known.astype(np.float64)
+    table = {(a, b): moment(weight, a, b) for a in range(5) for b in range(5 - a)}
+    normal = np.stack([[table[p[0] + q[0], p[1] + q[1]] for p in TERMS] for q in TERMS])
+    normal = np.moveaxis(normal, (0, 1), (-2, -1))
+    right = np.stack(
+        [
+            [moment(np.where(known, values[..., k], 0.0), *p) for p in TERMS]
+            for k in range(values.shape[-1])
+        ]
+    )
+    right = np.moveaxis(right, (0, 1), (-1, -2))
+    sound = table[0, 0] > ENOUGH * (kernels[0].sum() ** 2)
+    smooth = np.zeros_like(values)
+    ridge = RIDGE * table[0, 0][sound][:, None, None] * np.eye(len(TERMS))
+    smooth[sound] = np.linalg.solve(normal[sound] + ridge, right[sound])[:, 0]
+    return smooth, sound
+
+
+def continue_warp(warp: Warp, points: Floats) -> Floats:
+    """(N, 2) targets of points, linearly continued beyond the warp's own extent."""
+    size = np.array(warp.coefficients.shape[1::-1], dtype=np.float64)
+    low, high = warp.origin + warp.spacing, warp.origin + warp.spacing * (size - 2.0)
+    nearest = np.clip(points, low, high)
+    targets, gradient = warp_points(warp, nearest)
+    return np.asarray(targets + np.einsum("nij,nj->ni", gradient, points - nearest))
+
+
+def fill_gaps(values: Floats, known: Bools) -> Floats:
+    """Fill what is not known of an (R, C, D) grid with local means of what is."""
+    from scipy.ndimage import gaussian_filter
+
+    filled = np.where(known[..., None], values, 0.0)
+    missing = ~known
+    reach, largest = 1.0, float(max(known.shape))
+    while missing.any() and known.any():
+        weight = gaussian_filter(known.astype(np.float64), reach, mode="constant")
+        near = missing & ((weight > ENOUGH) | (reach > largest))
+        for k in range(values.shape[-1]):
+            total = gaussian_filter(np.where(known, values[..., k], 0.0), reach, mode="constant")
+            filled[..., k][near] = total[near] / np.maximum(weight[near], 1e-12)
+        missing &= ~near
+        reach *= 2.0
+    return filled
+
+
+def _lattice(along: Ints, spacing: int) -> Floats:
+    before = np.arange(-MARGIN, len(along) + MARGIN)
+    return (along[0] + spacing * before).astype(np.float64)
+
+
+def _through(targets: Floats) -> Floats:
+    """Coefficients of the spline through an (R, C, 2) grid of targets."""
+    from scipy.ndimage import spline_filter
+
+    parts = [spline_filter(np.ascontiguousarray(targets[..., k]), order=3) for k in range(2)]
+    return np.asarray(np.stack(parts, axis=-1))

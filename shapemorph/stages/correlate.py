@@ -1,0 +1,179 @@
+"""Stage `correlate`: subset DIC between the reference and the morphed picture."""
+
+import logging
+from collections.abc import Callable
+
+import numpy as np
+
+from shapemorph.config import CorrelateConfig
+from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.errors import StageError
+from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.image import GreyImage
+from shapemorph.core.matching import Warp
+from shapemorph.core.morphed import Morphed
+from shapemorph.core.status import PointStatus, count_statuses
+from shapemorph.methods.correlation_noise import displacement_covariance
+from shapemorph.methods.grid_correlation import GridMatches, correlate_grid
+from shapemorph.methods.spline_pictures import prepare_deformed, prepare_reference
+from shapemorph.methods.subset_choice import SubsetChoice, choose_subset
+from shapemorph.methods.subset_dic import SubsetSettings, grid_points, kernel_threads
+from shapemorph.methods.warp_renewal import renew_warp
+from shapemorph.methods.warping import warp_points
+
+SMOOTHING = 1.0  # of the subset: over this length the renewed warp averages the points
+log = logging.getLogger(__name__)
+
+OUTLIER_FLOOR = 0.15  # px; a residual may always differ so much from its neighbours
+
+
+def correlate(
+    reference: GreyImage,
+    remorph: Callable[[Warp], GreyImage],
+    morphed: Morphed,
+    config: CorrelateConfig,
+    region: Bools | None,
+) -> CorrelationGrid:
+    """Follow a regular grid of points from the reference into the deformed picture.
+
+    The reference is matched with the morphed picture, from no motion at all; then the
+    warp is fitted to what was found and the deformed picture is morphed again, so that
+    the last matches see hardly any motion, and no curvature of it, that the shape
+    function could not follow.
+
+    Parameters
+    ----------
+    reference : GreyImage
+    remorph : callable
+        Morphs the deformed picture through another warp.
+    morphed : Morphed
+    config : CorrelateConfig
+        Section ``correlate`` of the run file.
+    region : (H, W) bool or None
+        Part of the reference that is measured; None for all of its mask.
+
+    Raises
+    ------
+    StageError
+        If no point has a value.
+    """
+    choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
+    log.info("%s", choice.reason)
+    settings = _settings(config, choice.subset_size // 2)
+    measured = reference.mask if region is None else reference.mask & region
+    points, inside = grid_points(measured, spacing=choice.spacing)
+    if not inside.any():
+        raise StageError(
+            f"expected points every {choice.spacing} px inside mask and region, got none: lower "
+            "correlate.spacing or enlarge inputs.region"
+        )
+    with kernel_threads(config.threads):
+        source = prepare_reference(reference, allowed=region, pad=settings.pad)
+        seconds = 0.0
+        for renewal in range(config.refinements + 1):
+            target = prepare_deformed(morphed.image, pad=settings.pad)
+            found = correlate_grid(
+                source,
+                target,
+                points,
+                inside,
+                spacing=choice.spacing,
+                settings=settings,
+                min_zncc=config.min_zncc,
+                outlier_floor=OUTLIER_FLOOR,
+            )
+            seconds += found.seconds
+            if renewal < config.refinements:
+                morphed = _renew(morphed.warp, remorph, points, found, choice)
+        covariance = displacement_covariance(
+            source,
+            target,
+            points,
+            found.warps,
+            found.ok,
+            radius=settings.radius,
+            order=settings.order,
+        )
+    return _compose(morphed.warp, points, found, covariance, choice, seconds)
+
+
+def _settings(config: CorrelateConfig, radius: int) -> SubsetSettings:
+    return SubsetSettings(
+        radius=radius,
+        order=config.order,
+        tolerance=config.tolerance,
+        max_iterations=config.max_iterations,
+        min_inside=config.min_inside,
+        max_drift=float(radius),
+    )
+
+
+def _renew(
+    warp: Warp,
+    remorph: Callable[[Warp], GreyImage],
+    points: Ints,
+    found: GridMatches,
+    choice: SubsetChoice,
+) -> Morphed:
+    """Morph again, through the warp that the points have found."""
+    deformed, _gradient = _through_warp(warp, found.position)
+    usable = found.ok & np.isfinite(deformed).all(axis=-1)
+    if not usable.any():
+        raise StageError(_nothing(found.status))
+    renewed = renew_warp(
+        warp,
+        points,
+        deformed,
+        usable,
+        spacing=choice.spacing,
+        reach=SMOOTHING * choice.subset_size,
+    )
+    return Morphed(remorph(renewed), renewed)
+
+
+def _through_warp(warp: Warp, position: Floats) -> tuple[Floats, Floats]:
+    """(R, C, 2) targets of positions and (R, C, 2, 2) gradients of the warp there."""
+    targets, gradient = warp_points(warp, position.reshape(-1, 2))
+    return targets.reshape(position.shape), gradient.reshape(*position.shape, 2)
+
+
+def _compose(
+    warp: Warp,
+    points: Ints,
+    found: GridMatches,
+    covariance: Floats,
+    choice: SubsetChoice,
+    seconds: float,
+) -> CorrelationGrid:
+    """Carry what was found in the morphed picture on into the deformed one."""
+    deformed, slope = _through_warp(warp, found.position)
+    gradient = slope @ found.gradient
+    variance = np.einsum("rcik,rckl,rcil->rci", slope, covariance, slope)
+    finite = np.isfinite(deformed).all(axis=-1) & np.isfinite(variance).all(axis=-1)
+    status = np.where(found.ok & ~finite, np.uint8(PointStatus.LEFT_IMAGE), found.status)
+    lost = status != PointStatus.OK
+    if lost.all():
+        raise StageError(_nothing(status))
+    for values in (deformed, gradient, variance):
+        values[lost] = np.nan
+    return CorrelationGrid(
+        reference_px=points.astype(np.float64),
+        deformed_px=deformed,
+        gradient=gradient,
+        zncc=found.zncc,
+        iterations=found.iterations,
+        sigma_px=np.sqrt(variance),
+        status=status,
+        spacing=choice.spacing,
+        subset_size=choice.subset_size,
+        kernel_seconds=seconds,
+    )
+
+
+def _nothing(status: "np.ndarray[tuple[int, ...], np.dtype[np.uint8]]") -> str:
+    tried = {k: n for k, n in count_statuses(status).items() if k != PointStatus.OUTSIDE_MASK.name}
+    counts = ", ".join(f"{number} {name}" for name, number in tried.items())
+    return (
+        f"expected matching points, got none of {sum(tried.values())} ({counts}): check that both "
+        "sides show the same pattern, or raise correlate.subset_size"
+    )
