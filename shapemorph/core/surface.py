@@ -30,6 +30,10 @@ class TrackedSurface:
         A :class:`~shapemorph.core.status.PointStatus` per point.
     mesh_noise : (2,) float64
         Estimated noise of one vertex coordinate of the two meshes, mm.
+    sigma_mesh : (R, C, 2) float64 or None
+        Standard deviation of one tangential component of the match that the noise of the
+        two meshes adds: that of the reference on the reference surface, that of the
+        deformed on the deformed surface, mm; NaN where not OK. None: not known, none.
     """
 
     reference: Floats
@@ -39,6 +43,7 @@ class TrackedSurface:
     sigma_position: Floats
     status: Codes
     mesh_noise: Floats
+    sigma_mesh: Floats | None = None
 
     def __post_init__(self) -> None:
         shape = self.status.shape

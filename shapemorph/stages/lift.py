@@ -11,10 +11,11 @@ from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.core.surface import TrackedSurface
 from shapemorph.methods.chart_rim import extend_to
-from shapemorph.methods.field_noise import position_noise
+from shapemorph.methods.field_noise import interpolated_noise, position_noise
 from shapemorph.methods.mesh_noise import vertex_noise
 from shapemorph.methods.picture_scale import mm_per_px
 from shapemorph.methods.surface_lookup import locate, positions
+from shapemorph.methods.vertex_averaging import averaged_noise
 from shapemorph.methods.vertex_normals import normals_at, vertex_normals
 
 _NORMAL_PASSES = 2  # averages over the faces around: about two edges wide
@@ -65,7 +66,18 @@ def lift(
     noise = np.array([_noise_of(reference_mesh), _noise_of(deformed_mesh)])
     shape = grid.status.shape
     lost = (status != PointStatus.OK).ravel()
-    sigma = _sigma(deformed_mesh, deformed, grid, before, after, noise)
+    sigma_mesh = _sigma_mesh(reference, deformed, grid, noise)
+    scales = (
+        mm_per_px(reference_mesh, reference.chart, before.face),
+        mm_per_px(deformed_mesh, deformed.chart, after.face),
+    )
+    sigma = position_noise(
+        scales,
+        grid.gradient.reshape(-1, 2, 2),
+        grid.sigma_px.reshape(-1, 2),
+        sigma_mesh,
+        _sigma_normal(before, after, noise),
+    )
     return TrackedSurface(
         reference=positions(reference_mesh, before).reshape(*shape, 3),
         deformed=_without(positions(deformed_mesh, after), lost).reshape(*shape, 3),
@@ -74,6 +86,7 @@ def lift(
         sigma_position=_without(sigma, lost).reshape(shape),
         status=status,
         mesh_noise=noise,
+        sigma_mesh=_without(sigma_mesh, lost).reshape(*shape, 2),
     )
 
 
@@ -103,17 +116,28 @@ def _noise_of(mesh: TexturedMesh) -> float:
     return vertex_noise(mesh.vertices, mesh.faces, samples=_NOISE_SAMPLES)
 
 
-def _sigma(
-    mesh: TexturedMesh,
-    image: CalibratedImage,
-    grid: CorrelationGrid,
-    before: SurfacePoints,
-    after: SurfacePoints,
-    noise: Floats,
+def _sigma_mesh(
+    reference: CalibratedImage, deformed: CalibratedImage, grid: CorrelationGrid, noise: Floats
 ) -> Floats:
-    return position_noise(
-        mm_per_px(mesh, image.chart, after.face),
-        grid.sigma_px.reshape(-1, 2),
-        np.stack([before.barycentric, after.barycentric]),
-        noise,
+    """Tangential noise of the matches due to either mesh, (N, 2), mm."""
+    before, after = grid.reference_px.reshape(-1, 2), grid.deformed_px.reshape(-1, 2)
+    scale = np.sqrt(np.abs(_determinant(grid.gradient.reshape(-1, 2, 2))))
+    width = np.full(len(before), float(grid.subset_size))
+    sides = [
+        averaged_noise(reference.chart.vertex_px, before, width, vertex_noise=noise[0]),
+        averaged_noise(deformed.chart.vertex_px, after, width * scale, vertex_noise=noise[1]),
+    ]
+    return np.stack(sides, axis=1)
+
+
+def _sigma_normal(before: SurfacePoints, after: SurfacePoints, noise: Floats) -> Floats:
+    """Noise of the distance between both surfaces along the normal, (N,), mm."""
+    return np.hypot(
+        interpolated_noise(before.barycentric, vertex_noise=noise[0]),
+        interpolated_noise(after.barycentric, vertex_noise=noise[1]),
     )
+
+
+def _determinant(matrices: Floats) -> Floats:
+    turns: Floats = matrices[:, 0, 0] * matrices[:, 1, 1] - matrices[:, 0, 1] * matrices[:, 1, 0]
+    return turns

@@ -95,35 +95,47 @@ def _measure(
     points.gradient[rows] = frame @ fit.gradient
     points.tensor[rows], points.values[rows] = tensor, values
     points.mm_per_px[rows] = fit.mm_per_px
-    noise, difference = _noise(points, fit, windows, metric, direction, grid)
-    points.sigma_values[rows] = noise
-    clear = values[:, 0] - values[:, 1] > _WITHIN_NOISE * difference
+    sources = _noise_sources(fit, windows, points.gradient[rows], tracked, grid)
+    points.sigma_tensor[rows] = _combined(sources)[:, :3]
+    noise = _combined([turned(*source, direction) for source in sources])
+    points.sigma_values[rows] = noise[:, :2]
+    clear = values[:, 0] - values[:, 1] > _WITHIN_NOISE * noise[:, 3]
     direction = np.where(clear[:, None], direction, np.nan)
     points.direction[rows] = _in_space(fit.tangent, direction)
     points.direction_deformed[rows] = _unit(fit.gradient @ direction[:, :, None])
 
 
-def _noise(
-    points: _Points,
+def _noise_sources(
     fit: TangentFit,
     windows: Windows,
-    metric: Floats,
-    direction: Floats,
+    gradient: Floats,
+    tracked: TrackedSurface,
     grid: CorrelationGrid,
-) -> tuple[Floats, Floats]:
-    """Propagate the noise of the matches to the principal values and their difference."""
+) -> list[tuple[Floats, Floats]]:
+    """Noise of slopes and what it acts on: the pictures, the reference and the deformed mesh."""
     correlation = overlap_correlation(
         windows.offsets, spacing=grid.spacing, subset_size=grid.subset_size
     )
-    slopes = slope_noise(fit, windows, grid.sigma_px.reshape(-1, 2), correlation)
-    carriers = _carriers(fit, windows, metric, grid)
-    points.sigma_tensor[windows.centres] = strain_noise(slopes, carriers)[:, :3]
-    principal_noise = strain_noise(*turned(slopes, carriers, direction))
-    return principal_noise[:, :2], principal_noise[:, 3]
+    metric = np.swapaxes(gradient, 1, 2) @ gradient
+    by_px = metric @ np.swapaxes(_mm_per_px(fit, windows, grid), 1, 2)
+    pictures = slope_noise(fit, windows, grid.sigma_px.reshape(-1, 2), correlation)
+    sources = [(pictures, by_px)]
+    if tracked.sigma_mesh is not None:
+        for side, carriers in ((0, metric), (1, np.swapaxes(gradient, 1, 2))):
+            sigma = np.repeat(tracked.sigma_mesh[..., side].reshape(-1, 1), 2, axis=1)
+            sources.append((slope_noise(fit, windows, sigma, correlation), carriers))
+    return sources
 
 
-def _carriers(fit: TangentFit, windows: Windows, metric: Floats, grid: CorrelationGrid) -> Floats:
-    """How an error of 1 px in the deformed picture acts on the metric, mm/px, (N, 2, 2)."""
+def _combined(sources: list[tuple[Floats, Floats]]) -> Floats:
+    """Add independent sources: noise of E11, E22, E12 and E11 - E22, (N, 4)."""
+    variances = [strain_noise(slopes, carriers) ** 2 for slopes, carriers in sources]
+    combined: Floats = np.sqrt(np.sum(variances, axis=0))
+    return combined
+
+
+def _mm_per_px(fit: TangentFit, windows: Windows, grid: CorrelationGrid) -> Floats:
+    """Differentiate reference tangent coordinates (axis 2) by deformed px (axis 1)."""
     matched = grid.deformed_px.reshape(-1, 2)
     relative = matched[windows.neighbours] - matched[windows.centres][:, None]
     px_per_mm = fit.slopes @ np.where(windows.inside[:, :, None], relative, 0.0)
@@ -131,7 +143,7 @@ def _carriers(fit: TangentFit, windows: Windows, metric: Floats, grid: Correlati
     sound = np.isfinite(turns) & (turns != 0)
     mm_per_px = np.full_like(px_per_mm, np.nan)
     mm_per_px[sound] = np.linalg.inv(px_per_mm[sound])
-    return metric @ np.swapaxes(mm_per_px, 1, 2)
+    return mm_per_px
 
 
 def _deformed_frame(gradient: Floats) -> Floats:

@@ -4,21 +4,25 @@ from scipy.ndimage import uniform_filter
 from shapemorph.config import StrainConfig
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.surface import TrackedSurface
-from shapemorph.methods.field_noise import overlap_correlation, position_noise
+from shapemorph.methods.field_noise import (
+    interpolated_noise,
+    overlap_correlation,
+    position_noise,
+)
 from shapemorph.stages.strain import strain
 
-SPACING, SUBSET = 7, 19  # px
+SPACING, SUBSET = 7, 20  # px
+WIDTH = 15  # px, what counts of the subset
 
 
 def averaged_noise(rng, rows, cols, sigma):
     """Errors at grid points that share the noise of overlapping subsets, (R, C, 2)."""
-    height, width = rows * SPACING + SUBSET, cols * SPACING + SUBSET
-    noise = uniform_filter(rng.normal(size=(height, width, 2)), (SUBSET, SUBSET, 1))
-    start = SUBSET // 2
-    at_points = noise[
-        start : start + rows * SPACING : SPACING, start : start + cols * SPACING : SPACING
-    ]
-    return at_points * SUBSET * sigma
+    height, width = rows * SPACING + WIDTH, cols * SPACING + WIDTH
+    noise = uniform_filter(rng.normal(size=(height, width, 2)), (WIDTH, WIDTH, 1))
+    start = WIDTH // 2
+    down = slice(start, start + rows * SPACING, SPACING)
+    right = slice(start, start + cols * SPACING, SPACING)
+    return noise[down, right] * WIDTH * sigma
 
 
 def test_overlap_correlation_is_that_of_averages_over_subsets():
@@ -30,12 +34,27 @@ def test_overlap_correlation_is_that_of_averages_over_subsets():
     np.testing.assert_allclose(np.corrcoef(shifted), expected, atol=0.04)  # 12 100 draws
 
 
-def test_noise_of_position_adds_the_match_and_both_meshes():
-    scale = np.array([[[0.2, 0.0], [0.0, 0.1], [0.0, 0.0]]])
-    barycentric = np.array([[[1.0, 0, 0]], [[1 / 3, 1 / 3, 1 / 3]]])
-    found = position_noise(scale, np.array([[0.03, 0.05]]), barycentric, np.array([0.006, 0.009]))
-    expected = ((0.2 * 0.03) ** 2 + (0.1 * 0.05) ** 2) / 3 + 0.006**2 + 0.009**2 / 3
-    np.testing.assert_allclose(found, np.sqrt(expected), rtol=1e-12)
+def test_noise_of_position_adds_pictures_and_both_meshes_along_and_across():
+    reference = np.array([[[0.1, 0.0], [0.0, 0.1], [0.0, 0.0]]])
+    deformed = np.array([[[0.2, 0.0], [0.0, 0.0], [0.0, 0.1]]])
+    gradient = np.array([[[1.5, 0.0], [0.0, 1.0]]])
+    found = position_noise(
+        (reference, deformed),
+        gradient,
+        np.array([[0.03, 0.05]]),
+        np.array([[0.002, 0.003]]),
+        np.array([0.007]),
+    )
+    matched = (0.2 * 0.03) ** 2 + (0.1 * 0.05) ** 2
+    carried = (3.0**2 + 1.0**2) * 0.002**2  # the surface is stretched by 3 and by 1
+    expected = np.sqrt((matched + carried + 2 * 0.003**2 + 0.007**2) / 3)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_interpolation_between_three_vertices_averages_their_noise():
+    weights = np.array([[1.0, 0, 0], [0.5, 0.5, 0]])
+    found = interpolated_noise(weights, vertex_noise=0.006)
+    np.testing.assert_allclose(found, [0.006, 0.006 / np.sqrt(2)])
 
 
 def stretched_sheet(error_px):

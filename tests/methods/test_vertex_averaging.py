@@ -1,0 +1,32 @@
+import numpy as np
+
+from shapemorph.methods.vertex_averaging import averaged_noise, count_in_squares
+
+
+def test_count_agrees_with_looking_at_every_point():
+    rng = np.random.default_rng(22)
+    scattered = rng.uniform([-20, 5], [80, 45], (3000, 2))
+    centres = rng.uniform([-30, 0], [90, 50], (40, 2)).round()
+    widths = rng.choice([6.0, 10, 20], 40)
+    low, high = centres - widths[:, None] / 2, centres + widths[:, None] / 2
+    inside = (scattered >= low[:, None]) & (scattered < high[:, None])
+    found = count_in_squares(scattered, centres, widths)
+    np.testing.assert_array_equal(found, inside.all(axis=2).sum(axis=1))
+
+
+def test_four_times_the_vertices_halve_the_noise():
+    x, y = np.meshgrid(np.arange(0, 100, 0.5), np.arange(0, 80, 0.5))
+    fine = np.stack([x, y], axis=-1)
+    centres, width = np.array([[50.0, 40.0]]), np.array([32.0])
+    noises = [
+        averaged_noise(vertices.reshape(-1, 2), centres, width, vertex_noise=0.01)
+        for vertices in (fine, fine[::2, ::2])
+    ]
+    np.testing.assert_allclose(noises[0], noises[1] / 2, rtol=1e-12)
+
+
+def test_lost_point_has_no_noise_and_empty_square_claims_one_vertex():
+    centres = np.array([[np.nan, np.nan], [500.0, 500.0]])
+    found = averaged_noise(np.zeros((4, 2)), centres, np.full(2, 10.0), vertex_noise=0.01)
+    assert np.isnan(found[0])
+    assert found[1] >= 0.01
