@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.errors import DataError
 from shapemorph.io.mtl import decode_text
 from shapemorph.io.text_numbers import (
+    Bytes,
     NotANumberError,
     parse_floats,
     parse_values,
     token_starts,
-    tokens_per_line,
 )
 
 
@@ -132,11 +132,10 @@ def read_polygons(lines: ObjLines) -> Polygons:
     rows = lines.rows(b"f")
     block = lines.block(rows, b"f")
     try:
-        vertex, uv = _corner_indices(block)
+        vertex, uv, sizes = _corner_indices(block)
     except NotANumberError as error:
         message = f"expected corners v, v/vt, v//vn or v/vt/vn, got {error.token!r}"
         raise lines.problem(int(rows[error.line]), message) from None
-    sizes = tokens_per_line(block)
     line = np.repeat(rows, sizes)
     kept = np.repeat(sizes >= 3, sizes)
     return Polygons(
@@ -171,31 +170,43 @@ def _table(lines: ObjLines, keyword: bytes, fewest: int) -> tuple[Floats, Ints]:
     return values, counts
 
 
-def _corner_indices(block: bytes) -> tuple[Ints, Ints]:
-    """Vertex and vt numbers of every corner as written; vt is 0 where there is none."""
+def _corner_indices(block: bytes) -> tuple[Ints, Ints, Ints]:
+    """Vertex and vt numbers of every corner as written (vt 0 for none), and corners per line."""
     data = np.frombuffer(block, dtype=np.uint8)
-    slash = data == ord("/")
-    figure = (data > ord(" ")) & ~slash
-    begins = figure.copy()
-    begins[1:] &= ~figure[:-1]
+    solid = (data > ord(" ")) & (data != ord("/"))
+    begins = solid.copy()
+    begins[1:] &= ~solid[:-1]
     number_at = np.flatnonzero(begins)
     values = parse_values(block.replace(b"/", b" "), np.int64, len(number_at))
-    corner_starts = token_starts(data)
-    corner = np.cumsum(corner_starts, dtype=np.int32)[number_at] - 1
-    corner_at = np.flatnonzero(corner_starts)
-    slashes = np.cumsum(slash, dtype=np.int32)
-    field = slashes[number_at] - slashes[corner_at[corner]]
 
-    vertex = np.zeros(len(corner_at), dtype=np.int64)
-    uv = np.zeros(len(corner_at), dtype=np.int64)
-    # A corner that begins with a slash has its first number in field 0 by this count: refuse it.
-    odd = np.flatnonzero(slash[corner_at])
+    corner_starts = token_starts(data)
+    corner_at = np.flatnonzero(corner_starts)
+    opens = corner_starts[number_at]
+    field = _fields(data, number_at, opens)
+    odd = np.flatnonzero(data[corner_at] == ord("/"))
     if len(odd) or field.max(initial=0) > 2:
         place = corner_at[odd[0]] if len(odd) else number_at[np.argmax(field)]
         raise NotANumberError(block.count(b"\n", 0, int(place)), "a misplaced slash")
-    vertex[corner[field == 0]] = values[field == 0]
-    uv[corner[field == 1]] = values[field == 1]
-    return vertex, uv
+    uv = np.zeros(len(corner_at), dtype=np.int64)
+    second = field == 1
+    uv[(np.cumsum(opens) - 1)[second]] = values[second]
+    breaks = np.flatnonzero(data == ord("\n"))
+    return values[opens], uv, np.diff(np.searchsorted(corner_at, breaks), prepend=0)
+
+
+def _fields(data: Bytes, number_at: Ints, opens: Bools) -> Ints:
+    """Slashes between the begin of its corner and each number (3 or more: misplaced)."""
+    step = np.ones(len(number_at), dtype=np.int8)
+    slash = data[number_at - 2] == ord("/")
+    step += slash
+    step += slash & (data[number_at - 3] == ord("/"))
+    step[opens] = 0
+    # Two numbers may follow the first of a corner; a third already adds up to 3 or more.
+    within = ~opens[1:]
+    field = step.copy()
+    field[1:] += step[:-1] * within
+    field[2:] += step[:-2] * (within[1:] & within[:-1])
+    return field.astype(np.int64)
 
 
 def _resolved(lines: ObjLines, keyword: bytes, written: Ints, line: Ints) -> Ints:

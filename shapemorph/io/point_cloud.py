@@ -80,7 +80,7 @@ def _numbers(text: str, name: str) -> tuple[Floats, list[str]]:
     if len(number) > 1 and lines[number[0]].strip().isdigit():
         number = number[1:]  # a count of points
     separator = _separator(lines[number[-1]])
-    rows = [_spaced(lines[k], separator) for k in number]
+    rows = _spaced("\n".join(lines[k] for k in number), separator).split("\n")
     header: list[str] = []
     if not _all_numbers(rows[0]):
         header = [_plain(cell) for cell in _cells(lines[number[0]], separator)]
@@ -111,14 +111,15 @@ def _separator(line: str) -> str:
     return ";" if ";" in line else "," if "," in line else " "
 
 
-def _spaced(line: str, separator: str) -> str:
+def _spaced(text: str, separator: str) -> str:
     """Columns with blanks between them; an empty one is an error later on."""
     if separator == " ":
-        return line
+        return text
     if separator == ";":
-        line = line.replace(",", ".")
-    line = line.rstrip().removesuffix(separator)
-    return " ".join(cell.strip() or "(empty)" for cell in line.split(separator))
+        text = text.replace(",", ".")
+    text = re.sub(rf"(?m){separator}[ \t]*$", "", text)
+    text = re.sub(rf"(?m)(^|(?<={separator}))[ \t]*(?={separator})", "(empty)", text)
+    return text.replace(separator, " ")
 
 
 def _cells(line: str, separator: str) -> list[str]:
