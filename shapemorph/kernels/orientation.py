@@ -57,12 +57,16 @@ def side(ax: float, ay: float, bx: float, by: float, px: float, py: float) -> fl
 
 
 @njit(cache=True)
+def takes_ties(sign: float, ax: float, ay: float, bx: float, by: float) -> bool:
+    """Whether points exactly on edge a -> b of a triangle lie on its inner side."""
+    return bool((ay - by if ay != by else bx - ax) * sign > 0.0)
+
+
+@njit(cache=True)
 def owns(sign: float, ax: float, ay: float, bx: float, by: float, px: float, py: float) -> bool:
     """Whether p lies on the inner side of edge a -> b of a triangle.
 
     `sign` is +1 for triangles of positive signed area, -1 for the others.
     """
-    value = side(ax, ay, bx, by, px, py)
-    if value == 0.0:
-        value = ay - by if ay != by else bx - ax
-    return bool(value * sign > 0.0)
+    value = side(ax, ay, bx, by, px, py) * sign
+    return bool(value > 0.0 or (value == 0.0 and takes_ties(sign, ax, ay, bx, by)))

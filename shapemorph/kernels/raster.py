@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit, prange
 
 from shapemorph.core.arrays import Floats, Ints
-from shapemorph.kernels.orientation import owns, side
+from shapemorph.kernels.orientation import side, takes_ties
 
 Triangles = np.ndarray[tuple[int, int], np.dtype[np.int32]]
 ROWS_PER_BAND = 16
@@ -51,7 +51,11 @@ def _paint_band(
     triangle: Triangles,
     barycentric: Floats,
 ) -> int:
-    """Give the pixels of a band of rows to some triangles; count those claimed again."""
+    """Give the pixels of a band of rows to some triangles; count those claimed again.
+
+    A pixel centre on the border of the surface, which nobody owns, goes to the first
+    triangle that it touches; until then it is held as -2 - k.
+    """
     width, claimed_again = triangle.shape[1], 0
     for k in some:
         ax, ay = px[faces[k, 0], 0], px[faces[k, 0], 1]
@@ -68,18 +72,27 @@ def _paint_band(
             y = float(row)
             for col in range(left, right):
                 x = float(col)
-                if not (
-                    owns(sign, ax, ay, bx, by, x, y)
-                    and owns(sign, bx, by, cx, cy, x, y)
-                    and owns(sign, cx, cy, ax, ay, x, y)
-                ):
+                first = side(bx, by, cx, cy, x, y) * sign
+                second = side(cx, cy, ax, ay, x, y) * sign
+                third = side(ax, ay, bx, by, x, y) * sign
+                if first < 0.0 or second < 0.0 or third < 0.0:
                     continue
-                if triangle[row, col] >= 0:
+                owned = (
+                    (first > 0.0 or takes_ties(sign, bx, by, cx, cy))
+                    and (second > 0.0 or takes_ties(sign, cx, cy, ax, ay))
+                    and (third > 0.0 or takes_ties(sign, ax, ay, bx, by))
+                )
+                taken = triangle[row, col]
+                if owned and taken >= 0:
                     claimed_again += 1
-                    continue
-                triangle[row, col] = k
-                barycentric[row, col, 0] = side(cx, cy, ax, ay, x, y) / area
-                barycentric[row, col, 1] = side(ax, ay, bx, by, x, y) / area
+                elif owned or taken == -1:
+                    triangle[row, col] = k if owned else -2 - k
+                    barycentric[row, col, 0] = second / (area * sign)
+                    barycentric[row, col, 1] = third / (area * sign)
+    for row in range(first_row, end_row):
+        for col in range(width):
+            if triangle[row, col] < -1:
+                triangle[row, col] = -2 - triangle[row, col]
     return claimed_again
 
 

@@ -18,6 +18,7 @@ REACH = 14  # POLE^14 is below the precision of float32
 LANES = 16
 SAMPLES = 4.0  # per axis of a pixel, about; beyond it a reduced level is read
 MOST_SAMPLES = 8
+SHARP = 0.01  # variance, texels^2 / 12, that is not worth a second sample
 SURELY_INSIDE = 1e-9  # weight of a corner that round-off cannot turn negative
 
 
@@ -147,8 +148,18 @@ def _choose_level(along_x: float, along_y: float, base: int, levels: int) -> int
 
 
 @njit(cache=True, inline="always")
-def _count_samples(texels: float) -> int:
-    return min(max(int(np.ceil(texels)), 1), MOST_SAMPLES)
+def _spread_samples(texels: float) -> tuple[int, float]:
+    """Choose number and distance (as a share of the pixel) of samples along a pixel.
+
+    A texel is a mean over its own width already: a pixel of `texels` > 1 texels is left
+    with the variance of a box sqrt(texels^2 - 1) wide. The samples have just that
+    variance, so that sharpness does not jump with their number.
+    """
+    missing = texels * texels - 1.0
+    if missing < SHARP:
+        return 1, 0.0
+    count = min(max(int(np.ceil(np.sqrt(missing))), 2), MOST_SAMPLES)
+    return count, np.sqrt(missing / (count * count - 1.0)) / texels
 
 
 @njit(cache=True, inline="always")
@@ -196,14 +207,15 @@ def _mean_grey(
     along_y = _texels_along(gradients[centre], frame[0, 1], frame[1, 1])
     level = _choose_level(along_x, along_y, base, levels) if textured else 0
     shrink = 2.0**-level
-    across, down = _count_samples(along_x * shrink), _count_samples(along_y * shrink)
+    across, step_x = _spread_samples(along_x * shrink)
+    down, step_y = _spread_samples(along_y * shrink)
     second_0, third_0 = weights(px, faces, centre, centre_x, centre_y)
     second_s, third_s = _weight_slopes(px, faces, centre, frame[0, 0], frame[1, 0])
     second_t, third_t = _weight_slopes(px, faces, centre, frame[0, 1], frame[1, 1])
     total, count = 0.0, 0
     for j in range(down):
         for i in range(across):
-            s, t = (i + 0.5) / across - 0.5, (j + 0.5) / down - 0.5
+            s, t = (i - 0.5 * (across - 1)) * step_x, (j - 0.5 * (down - 1)) * step_y
             x = centre_x + frame[0, 0] * s + frame[0, 1] * t
             y = centre_y + frame[1, 0] * s + frame[1, 1] * t
             under = centre
@@ -379,11 +391,12 @@ def _mean_of_picture(
     along_y = np.hypot(frame[0, 1], frame[1, 1])
     level = _choose_level(along_x, along_y, 0, len(table))
     shrink = 2.0**-level
-    across, down = _count_samples(along_x * shrink), _count_samples(along_y * shrink)
+    across, step_x = _spread_samples(along_x * shrink)
+    down, step_y = _spread_samples(along_y * shrink)
     total = 0.0
     for j in range(down):
         for i in range(across):
-            s, t = (i + 0.5) / across - 0.5, (j + 0.5) / down - 0.5
+            s, t = (i - 0.5 * (across - 1)) * step_x, (j - 0.5 * (down - 1)) * step_y
             x = centre_x + frame[0, 0] * s + frame[0, 1] * t
             y = centre_y + frame[1, 0] * s + frame[1, 1] * t
             total += _interpolate(

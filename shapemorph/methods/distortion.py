@@ -66,12 +66,12 @@ def _distortion(corners: Floats, flat: Floats) -> Distortion:
         height = np.linalg.norm(np.cross(one, other), axis=1) / length
         first = (flat[:, 1] - flat[:, 0]) / length[:, None]
         second = (flat[:, 2] - flat[:, 0] - first * along[:, None]) / height[:, None]
-    same = 0.5 * np.hypot(first[:, 0] + second[:, 1], first[:, 1] - second[:, 0])
-    turned = 0.5 * np.hypot(first[:, 0] - second[:, 1], first[:, 1] + second[:, 0])
+        same = 0.5 * np.hypot(first[:, 0] + second[:, 1], first[:, 1] - second[:, 0])
+        turned = 0.5 * np.hypot(first[:, 0] - second[:, 1], first[:, 1] + second[:, 0])
+        values = np.stack([same + turned, same - turned])
     area = np.nan_to_num(0.5 * length * height)
-    flat_area = area > 0
-    sigma_1 = np.where(flat_area, same + turned, np.nan)
-    return Distortion(sigma_1, np.where(flat_area, same - turned, np.nan), area)
+    sigma_1, sigma_2 = np.where(area > 0, values, np.nan)
+    return Distortion(sigma_1, sigma_2, area)
 
 
 def weighted_quantile(values: Floats, weights: Floats, share: float) -> float:

@@ -63,7 +63,7 @@ def tile_widths(grey: Greys, mask: Bools, tiles: Ints) -> Floats:
     inside = np.stack([mask[r : r + TILE, c : c + TILE] for r, c in tiles]).astype(np.float64)
     correlation, contrast = _autocorrelate(some_grey, inside)
     radius = np.stack([_half_radius(each) for each in correlation])
-    widths = 2.0 * np.sqrt((radius**2).mean(axis=1))
+    widths: Floats = 2.0 * np.sqrt((radius**2).mean(axis=1))
     widths[contrast < LEAST_CONTRAST] = np.nan
     return widths
 

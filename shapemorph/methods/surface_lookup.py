@@ -118,7 +118,7 @@ def project(image: CalibratedImage, points: SurfacePoints) -> Floats:
     of_face = np.full(max(int(chart.face_ids.max()), int(points.face.max())) + 2, -1)
     of_face[chart.face_ids] = np.arange(len(chart.face_ids))
     triangle = of_face[points.face]
-    placed = np.einsum("nk,nkd->nd", points.barycentric, chart.corner_px[triangle])
+    placed: Floats = np.einsum("nk,nkd->nd", points.barycentric, chart.corner_px[triangle])
     placed[triangle < 0] = np.nan
     return placed
 

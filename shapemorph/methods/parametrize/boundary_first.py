@@ -11,7 +11,7 @@ import numpy as np
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.methods.parametrize.disk import boundary_loops
-from shapemorph.methods.parametrize.holes import fan_fill, order_by_length
+from shapemorph.methods.parametrize.holes import fill_holes, order_by_length
 from shapemorph.methods.parametrize.symmetric_solve import symmetric_solver
 
 
@@ -43,10 +43,11 @@ def parametrise_boundary_first(vertices: Floats, faces: Ints) -> Floats:
 
     loops = order_by_length(vertices, boundary_loops(faces, name="the surface"))
     rim = loops[0]
-    closed_vertices, closed_faces = fan_fill(vertices, faces, loops[1:])
+    closed_vertices, closed_faces = fill_holes(vertices, faces, loops[1:])
     count = len(closed_vertices)
     angles = igl.internal_angles(closed_vertices, closed_faces)
-    angle_sum = np.bincount(closed_faces.ravel(), angles.ravel(), count)
+    angle_sum = np.zeros(count)
+    np.add.at(angle_sum, closed_faces.ravel(), angles.ravel())
     inner = np.setdiff1d(np.arange(count), rim)
     laplacian = (-igl.cotmatrix(closed_vertices, closed_faces)).tocsr()
     rows = laplacian[inner].tocsc()

@@ -11,7 +11,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.methods.parametrize.disk import boundary_loops
-from shapemorph.methods.parametrize.holes import fan_fill, order_by_length
+from shapemorph.methods.parametrize.holes import fill_holes, order_by_length
 from shapemorph.methods.parametrize.symmetric_solve import symmetric_solver
 
 
@@ -31,7 +31,7 @@ def parametrise_on_disk(vertices: Floats, faces: Ints) -> Floats:
     """
     loops = order_by_length(vertices, boundary_loops(faces, name="the surface"))
     rim = loops[0]
-    closed_vertices, closed_faces = fan_fill(vertices, faces, loops[1:])
+    closed_vertices, closed_faces = fill_holes(vertices, faces, loops[1:])
     steps = np.linalg.norm(vertices[np.roll(rim, -1)] - vertices[rim], axis=1)
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     angle = 2 * np.pi * travelled[:-1] / travelled[-1]

@@ -6,7 +6,7 @@ from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.methods.distortion import singular_values
 from shapemorph.methods.parametrize.disk import boundary_loops
 from shapemorph.methods.parametrize.harmonic_disk import spread_between
-from shapemorph.methods.parametrize.holes import fan_fill, order_by_length
+from shapemorph.methods.parametrize.holes import fill_holes, order_by_length, place_hubs
 
 MOST_RINGS = 12
 
@@ -32,9 +32,8 @@ def untangle(vertices: Floats, faces: Ints, plane: Floats) -> Floats:
     (V, 2)
     """
     loops = order_by_length(vertices, boundary_loops(faces, name="the surface"))
-    closed, closed_faces = fan_fill(vertices, faces, loops[1:])
-    centres = [plane[hole].mean(axis=0) for hole in loops[1:]]
-    placed = np.concatenate([plane, np.reshape(centres, (-1, 2))])
+    closed, closed_faces = fill_holes(vertices, faces, loops[1:])
+    placed = place_hubs(plane, closed_faces, len(closed))
     for rings in range(1, MOST_RINGS + 1):
         flipped = flipped_faces(closed, closed_faces, placed)
         flipped[len(faces) :] = False
@@ -85,7 +84,7 @@ def _spread_patches(
 
 
 def _patch_labels(faces: Ints, count: int) -> Ints:
-    """Number the connected patches; one number per vertex."""
+    """Give every vertex the number of the connected patch that it belongs to."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

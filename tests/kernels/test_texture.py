@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+from scipy.ndimage import spline_filter
+
+from shapemorph.kernels.texture import reduce_by_two, resample, to_coefficients
+
+
+@pytest.mark.parametrize(("repeats", "mode"), [(0, "mirror"), (1, "grid-wrap")])
+@pytest.mark.parametrize("shape", [(37, 53), (128, 20), (2, 5)])
+def test_coefficients_are_those_of_the_interpolating_cubic_spline(repeats, mode, shape):
+    picture = np.random.default_rng(0).random(shape, dtype=np.float32)
+    expected = spline_filter(picture.astype(np.float64), order=3, mode=mode)
+    np.testing.assert_allclose(to_coefficients(picture, repeats), expected, atol=2e-6)  # float32
+
+
+def test_a_picture_of_one_row_keeps_its_height():
+    picture = np.random.default_rng(1).random((1, 40), dtype=np.float32)
+    expected = spline_filter(picture[0].astype(np.float64), order=3, mode="mirror")
+    np.testing.assert_allclose(to_coefficients(picture, 0)[0], expected, atol=2e-6)
+
+
+def test_the_given_picture_is_left_alone():
+    picture = np.random.default_rng(2).random((9, 11), dtype=np.float32)
+    before = picture.copy()
+    to_coefficients(picture, 0)
+    np.testing.assert_array_equal(picture, before)
+
+
+def test_halving_averages_boxes_and_repeats_an_odd_end():
+    picture = np.arange(15, dtype=np.float32).reshape(3, 5)
+    expected = np.array([[3, 5, 6.5], [10.5, 12.5, 14]], dtype=np.float32)
+    np.testing.assert_array_equal(reduce_by_two(picture), expected)
+
+
+def _table(*levels):
+    offsets = np.cumsum([0] + [level.size for level in levels[:-1]])
+    rows = [(start, *level.shape) for start, level in zip(offsets, levels, strict=True)]
+    return np.concatenate([level.ravel() for level in levels]), np.array(rows)
+
+
+def test_resampling_at_pixel_centres_gives_the_picture_back():
+    picture = np.random.default_rng(3).random((21, 34), dtype=np.float32)
+    texels, table = _table(to_coefficients(picture, 0))
+    rows, cols = np.mgrid[0:21, 0:34]
+    points = np.stack([cols.ravel(), rows.ravel()], axis=1).astype(np.float64)
+    frames = np.broadcast_to(np.eye(2), (len(points), 2, 2)).copy()
+    found = resample(points, frames, texels, table).reshape(21, 34)
+    np.testing.assert_allclose(found, picture, atol=2e-6)
+
+
+def test_resampling_averages_over_the_footprint():
+    rows, cols = np.mgrid[0:64, 0:64]
+    stripes = ((cols + rows) % 2).astype(np.float32)  # as fine as a picture can be
+    levels = [stripes]
+    for _ in range(3):
+        levels.append(reduce_by_two(levels[-1]))
+    texels, table = _table(*(to_coefficients(level, 0) for level in levels))
+    points = np.random.default_rng(4).uniform(20, 44, (200, 2))
+    for stretch in (4.0, 6.0, 13.0):
+        frames = np.broadcast_to(stretch * np.eye(2), (200, 2, 2)).copy()
+        assert np.abs(resample(points, frames, texels, table) - 0.5).max() < 0.06
+
+
+def test_beyond_the_picture_there_is_no_value():
+    texels, table = _table(to_coefficients(np.ones((8, 10), np.float32), 0))
+    points = np.array([[-0.51, 3.0], [9.51, 3.0], [3.0, 7.51], [np.nan, 1.0], [9.5, 7.5]])
+    frames = np.broadcast_to(np.eye(2), (5, 2, 2)).copy()
+    np.testing.assert_array_equal(
+        np.isfinite(resample(points, frames, texels, table)), [0, 0, 0, 0, 1]
+    )
