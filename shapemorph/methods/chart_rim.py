@@ -1,8 +1,9 @@
 """Points that lie a little outside a chart."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.image import Chart, SurfacePoints
 
 _CHUNK = 2_000_000  # distances at a time, to bound memory
@@ -32,6 +33,9 @@ def extend_to(
     rim, owner = _rim(chart.faces)
     if not (len(lost) and len(rim) and reach > 0):
         return found
+    lost = lost[_may_reach(chart.vertex_px[rim], points_px[lost], reach)]
+    if len(lost) == 0:
+        return found
     edge, distance = _nearest_edge(chart.vertex_px[rim], points_px[lost])
     near = distance <= reach
     face, barycentric = found.face.copy(), found.barycentric.copy()
@@ -45,11 +49,20 @@ def _rim(faces: Ints) -> tuple[Ints, Ints]:
     """Edges that belong to one triangle only, and that triangle."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     owner = np.tile(np.arange(len(faces)), 3)
-    _, first, count = np.unique(
-        np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True
-    )
+    low, high = np.sort(edges, axis=1).T
+    key = low * (faces.max() + 1) + high
+    _, first, count = np.unique(key, return_index=True, return_counts=True)
     alone = first[count == 1]
     return edges[alone], owner[alone]
+
+
+def _may_reach(edges_px: Floats, points_px: Floats, reach: float) -> Bools:
+    """Points near enough to the middle of some edge for a closer look."""
+    middle, along = edges_px.mean(axis=1), edges_px[:, 1] - edges_px[:, 0]
+    longest = float(np.linalg.norm(along, axis=1).max())
+    distance, _ = cKDTree(middle).query(points_px)
+    near: Bools = np.asarray(distance) <= reach + longest / 2
+    return near
 
 
 def _nearest_edge(edges_px: Floats, points_px: Floats) -> tuple[Ints, Floats]:
