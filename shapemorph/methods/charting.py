@@ -68,7 +68,7 @@ def to_principal_axes(vertices: Floats, piece: Piece, plane: Floats) -> Floats:
     centres = corners.mean(axis=1)
     centre = (weight * centres).sum(axis=0)
     offsets = centres - centre
-    _, axes = np.linalg.eigh((weight * offsets).T @ offsets)
+    _, axes = np.linalg.eigh(_second_moment(corners - centre, weight))
     along = axes[:, 1]
     turned = np.stack([along, [-along[1], along[0]]], axis=1)
     along_height = ((weight * (offsets @ turned)[:, 1:]).T @ (space - space.mean(axis=0))).ravel()
@@ -76,6 +76,14 @@ def to_principal_axes(vertices: Floats, piece: Piece, plane: Floats) -> Floats:
         turned = -turned
     placed: Floats = (plane - centre) @ turned
     return placed
+
+
+def _second_moment(corners: Floats, weight: Floats) -> Floats:
+    """Mean of x x^T over triangles (M, 3, 2) with weights (M, 1) that sum to one."""
+    middle = corners.mean(axis=1)
+    at_corners = np.einsum("m,mki,mkj->ij", weight[:, 0], corners, corners)
+    moment: Floats = (at_corners + 9.0 * (weight * middle).T @ middle) / 12.0
+    return moment
 
 
 def chart_at_scale(piece: Piece, plane: Floats, *, px_per_mm: float) -> Chart:

@@ -37,7 +37,8 @@ def fill_holes(vertices: Floats, faces: Ints, holes: list[Ints]) -> tuple[Floats
     faces : (F + fillers, 3)
         The given ones first.
     """
-    centres, fillers = [], [faces]
+    centres: list[Floats] = []
+    fillers = [faces]
     for hole in holes:
         outline = hole[::-1]
         if len(hole) <= MOST_EARS and _fan_folds(vertices[outline]):
