@@ -12,7 +12,7 @@ normalised residual, not of the raw one.
 from typing import TypeAlias
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Codes, Floats, Greys, Ints
@@ -29,7 +29,6 @@ LOW_CONTRAST = int(PointStatus.LOW_CONTRAST)
 NOT_CONVERGED = int(PointStatus.NOT_CONVERGED)
 LOW_ZNCC = int(PointStatus.LOW_ZNCC)
 
-BLOCK = 32  # points that share one set of buffers
 MARGIN = 3  # px that the spline needs around a warped subset
 HOPELESS_AFTER = 4  # iterations
 HOPELESS_ZNCC = 0.25
@@ -220,7 +219,7 @@ def _match_one(  # type: ignore[no-untyped-def]
     return NOT_CONVERGED, best_zncc, max_iterations, full
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def match_subsets(
     reference: Greys,
     inside: Greys,
@@ -229,7 +228,6 @@ def match_subsets(
     other_inside: Greys,
     other_counts: Counts,
     points: Ints,
-    starts: Floats,
     radius: int,
     order: int,
     second: int | None,
@@ -238,7 +236,11 @@ def match_subsets(
     min_count: float,
     min_deviation: float,
     max_drift: float,
-) -> tuple[Floats, Floats, Ints, Codes]:
+    warps: Floats,
+    zncc: Floats,
+    iterations: Ints,
+    outcome: Codes,
+) -> None:
     """Match subsets of the reference picture in the deformed picture.
 
     All pictures carry the same padding, wide enough that no subset of the reference
@@ -258,9 +260,6 @@ def match_subsets(
         The same as for the reference, of the deformed picture.
     points : (N, 2) int64
         Centres (x, y) of the subsets.
-    starts : (N, 12)
-        Start of each warp: position in the deformed picture relative to the centre, x
-        then y, as coefficients of 1, x, y, x^2, x y, y^2 in px. Terms above `order` stay.
     radius, order : int
         Half width of the subset, px; order of the shape function, 0, 1 or 2.
     second : None or int
@@ -274,37 +273,30 @@ def match_subsets(
         Least standard deviation of the grey in a subset.
     max_drift : float
         Farthest a centre may move from its start, px.
-
-    Returns
-    -------
     warps : (N, 12)
-        The last estimate, whatever the outcome.
+        In: the start of each point, its position in the deformed picture relative to the
+        centre, x then y, as coefficients of 1, x, y, x^2, x y, y^2 in px; terms above
+        `order` stay. Out: the last estimate, whatever the outcome.
     zncc : (N,)
-        NaN where it was never computed.
+        Filled; NaN where it was never computed.
     iterations : (N,) int64
+        Filled.
     outcome : (N,) uint8
-        A PointStatus: OK, LEFT_IMAGE, LOW_CONTRAST, NOT_CONVERGED, LOW_ZNCC.
+        Filled with a PointStatus: OK, LEFT_IMAGE, LOW_CONTRAST, NOT_CONVERGED, LOW_ZNCC.
     """
-    number = points.shape[0]
     width = 2 * radius + 1
     lanes = (width + LANES - 1) // LANES * LANES
-    warps = starts.copy()
-    zncc = np.full(number, np.nan)
-    iterations = np.zeros(number, dtype=np.int64)
-    outcome = np.zeros(number, dtype=np.uint8)
-    for block in prange((number + BLOCK - 1) // BLOCK):
-        lane_x = np.empty(lanes, dtype=np.float32)
-        for i in range(lanes):
-            lane_x[i] = np.float32(i - radius)
-        steps = np.arange(5).astype(np.uint64)
-        weights = np.zeros((width, lanes), dtype=np.float32)
-        system = np.zeros((36, 15))
-        full = False
-        for k in range(block * BLOCK, min((block + 1) * BLOCK, number)):
-            outcome[k], zncc[k], iterations[k], full = _match_one(
-                reference, inside, counts, coefficients, other_inside, other_counts,
-                points[k, 0], points[k, 1], warps[k], radius, order, second, tolerance,
-                max_iterations, min_count, min_deviation, max_drift, lane_x, steps, weights,
-                full, system,
-            )  # fmt: skip
-    return warps, zncc, iterations, outcome
+    lane_x = np.empty(lanes, dtype=np.float32)
+    for i in range(lanes):
+        lane_x[i] = np.float32(i - radius)
+    steps = np.arange(5).astype(np.uint64)
+    weights = np.zeros((width, lanes), dtype=np.float32)
+    system = np.zeros((36, 15))
+    full = False
+    for k in range(points.shape[0]):
+        outcome[k], zncc[k], iterations[k], full = _match_one(
+            reference, inside, counts, coefficients, other_inside, other_counts,
+            points[k, 0], points[k, 1], warps[k], radius, order, second, tolerance,
+            max_iterations, min_count, min_deviation, max_drift, lane_x, steps, weights,
+            full, system,
+        )  # fmt: skip

@@ -1,7 +1,7 @@
 """What the neighbours on a grid say about a point."""
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 
@@ -19,7 +19,7 @@ def _median(values, count) -> float:  # type: ignore[no-untyped-def]
     return float(values[half] if count % 2 else 0.5 * (values[half - 1] + values[half]))
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True)
 def predict_from_neighbours(
     position: Floats,
     gradient: Floats,
@@ -27,7 +27,11 @@ def predict_from_neighbours(
     queries: Ints,
     spacing: float,
     reach: int,
-) -> tuple[Floats, Floats, Floats, Ints]:
+    predicted: Floats,
+    slope: Floats,
+    spread: Floats,
+    count: Ints,
+) -> None:
     """Predict where points went from the usable points around them, each without itself.
 
     Every neighbour continues its own affine map to the point; the medians count.
@@ -46,29 +50,22 @@ def predict_from_neighbours(
         Of the grid, in units of its positions.
     reach : int
         Neighbours up to so many rows and columns away speak.
-
-    Returns
-    -------
     predicted : (Q, 2)
-        NaN with fewer than three neighbours; so are the next two.
+        Filled; NaN with fewer than three neighbours; so are the next two.
     slope : (Q, 2, 2)
-        Predicted gradient.
+        Filled with the predicted gradient.
     spread : (Q,)
-        Median distance of the neighbours' predictions from the common one.
+        Filled with the median distance of the neighbours' predictions from the common one.
     count : (Q,) int64
-        Number of neighbours that spoke.
+        Filled with the number of neighbours that spoke.
     """
     number = queries.shape[0]
-    predicted = np.full((number, 2), np.nan)
-    slope = np.full((number, 2, 2), np.nan)
-    spread = np.full(number, np.nan)
-    count = np.zeros(number, dtype=np.int64)
     rows, cols = usable.shape
     most = (2 * reach + 1) ** 2
-    for q in prange(number):
+    said, work = np.empty((6, most)), np.empty(most)
+    for q in range(number):
+        predicted[q], slope[q], spread[q] = np.nan, np.nan, np.nan
         row, col = queries[q, 0], queries[q, 1]
-        said = np.empty((6, most))
-        work = np.empty(most)
         used = 0
         for r in range(max(row - reach, 0), min(row + reach + 1, rows)):
             for c in range(max(col - reach, 0), min(col + reach + 1, cols)):
@@ -94,4 +91,3 @@ def predict_from_neighbours(
         for n in range(used):
             work[n] = np.hypot(said[0, n] - predicted[q, 0], said[1, n] - predicted[q, 1])
         spread[q] = _median(work, used)
-    return predicted, slope, spread, count

@@ -6,14 +6,13 @@ that each pixel has in the solution, gives the variance of the solution.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.kernels.small_linear import factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
 from shapemorph.kernels.subset_rows import VECTOR_FLAGS
 
-BLOCK = 16
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
 
@@ -116,7 +115,7 @@ def _lag_product(a, b, down, right, width) -> float:  # type: ignore[no-untyped-
     return float(total)
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def residual_products(
     reference: Greys,
     coefficients: Greys,
@@ -126,7 +125,9 @@ def residual_products(
     warps: Floats,
     radius: int,
     lags: Ints,
-) -> tuple[Floats, Floats]:
+    products: Floats,
+    pairs: Floats,
+) -> None:
     """Sum the products of the residual with itself at short lags, subset by subset.
 
     Parameters
@@ -137,38 +138,20 @@ def residual_products(
         1 where a pixel of the reference, of the deformed picture counts.
     lags : (K, 2) int64
         Rows down (>= 0) and columns to the right.
-
-    Returns
-    -------
     products, pairs : (N, K)
-        Sums, and the number of pairs of pixels in them.
+        Filled with the sums, and with the number of pairs of pixels in them.
     """
-    number, width = points.shape[0], 2 * radius + 1
-    products = np.zeros((number, lags.shape[0]))
-    pairs = np.zeros((number, lags.shape[0]))
-    for block in prange((number + BLOCK - 1) // BLOCK):
-        weights = np.zeros((width, width), dtype=np.float32)
-        found = np.zeros((width, width), dtype=np.float32)
-        system = np.zeros((10, 4))
-        for k in range(block * BLOCK, min((block + 1) * BLOCK, number)):
-            x, y = points[k, 0], points[k, 1]
-            _load(
-                reference,
-                coefficients,
-                inside,
-                other_inside,
-                x,
-                y,
-                warps[k],
-                radius,
-                weights,
-                found,
-            )
-            _take_residual(reference, x, y, radius, weights, found, system)
-            for n in range(lags.shape[0]):
-                products[k, n] = _lag_product(found, found, lags[n, 0], lags[n, 1], width)
-                pairs[k, n] = _lag_product(weights, weights, lags[n, 0], lags[n, 1], width)
-    return products, pairs
+    width = 2 * radius + 1
+    weights = np.zeros((width, width), dtype=np.float32)
+    found = np.zeros((width, width), dtype=np.float32)
+    system = np.zeros((10, 4))
+    for k in range(points.shape[0]):
+        x, y = points[k, 0], points[k, 1]
+        _load(coefficients, inside, other_inside, x, y, warps[k], radius, weights, found)
+        _take_residual(reference, x, y, radius, weights, found, system)
+        for n in range(lags.shape[0]):
+            products[k, n] = _lag_product(found, found, lags[n, 0], lags[n, 1], width)
+            pairs[k, n] = _lag_product(weights, weights, lags[n, 0], lags[n, 1], width)
 
 
 @njit(cache=True, error_model="numpy")
@@ -203,7 +186,7 @@ def _fill_influence(  # type: ignore[no-untyped-def]
                 influence[axis, j, i] = np.float32(value)
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def solution_covariance(
     reference: Greys,
     coefficients: Greys,
@@ -216,7 +199,8 @@ def solution_covariance(
     second: int | None,
     lags: Ints,
     covariance: Floats,
-) -> Floats:
+    result: Floats,
+) -> None:
     """Covariance of the matched position from the autocovariance of the grey noise.
 
     Parameters
@@ -227,71 +211,56 @@ def solution_covariance(
         As in :func:`~shapemorph.kernels.icgn.match_subsets`.
     covariance : (N, K)
         Of the noise in the residual, at each lag; a lag stands for its opposite too.
-
-    Returns
-    -------
-    (N, 3)
-        Variance of x, of y, covariance, px^2; NaN where there is no pattern.
+    result : (N, 3)
+        Filled with the variance of x, of y and their covariance, px^2; NaN
+        where there is no pattern.
     """
-    number, width = points.shape[0], 2 * radius + 1
+    width = 2 * radius + 1
     terms = (order + 1) * (order + 2) // 2
-    result = np.full((number, 3), np.nan)
-    for block in prange((number + BLOCK - 1) // BLOCK):
-        weights = np.zeros((width, width), dtype=np.float32)
-        found = np.zeros((width, width), dtype=np.float32)
-        influence = np.zeros((2, width, width), dtype=np.float32)
-        lane_x = np.empty(width, dtype=np.float32)
-        for i in range(width):
-            lane_x[i] = np.float32(i - radius)
-        system = np.zeros((32, 15))
-        hessian, lower, products = system[0:12], system[12:24], system[24:27]
-        total, along, unit, rows = system[27], system[28], system[29], system[30:32]
-        for k in range(block * BLOCK, min((block + 1) * BLOCK, number)):
-            x, y = points[k, 0], points[k, 1]
-            count = _load(
-                reference,
-                coefficients,
-                inside,
-                other_inside,
-                x,
-                y,
-                warps[k],
-                radius,
-                weights,
-                found,
-            )
-            if count < 4:
-                continue
-            mean = mean_grey(reference, weights, y - radius, x - radius, count)
-            reference_moments(
-                reference, weights, lane_x, y - radius, x - radius, mean, second, products, total,
-                along,
-            )  # fmt: skip
-            offset = along[0] / count
-            energy = along[1] - along[0] * offset
-            if not energy > 0.0:
-                continue
-            for a in range(3, 15):
-                along[a] -= offset * total[a]
-            fill_hessian(products, total, along, count, energy, terms, hessian)
-            if not factor(hessian, 2 * terms, 0.0, lower):
-                continue
-            for axis in range(2):
-                unit[:] = 0.0
-                unit[axis * terms] = 1.0
-                solve(lower, unit, 2 * terms, rows[axis])
-            _fill_influence(
-                reference, x, y, radius, terms, weights, float(mean) + offset, count, energy,
-                total, along, rows, influence,
-            )  # fmt: skip
-            for pick in range(3):
-                one, other = influence[0 if pick != 1 else 1], influence[0 if pick == 0 else 1]
-                variance = 0.0
-                for n in range(lags.shape[0]):
-                    down, right = lags[n, 0], lags[n, 1]
-                    shared = _lag_product(one, other, down, right, width)
-                    if down != 0 or right != 0:
-                        shared += _lag_product(other, one, down, right, width)
-                    variance += covariance[k, n] * shared
-                result[k, pick] = variance
-    return result
+    weights = np.zeros((width, width), dtype=np.float32)
+    found = np.zeros((width, width), dtype=np.float32)
+    influence = np.zeros((2, width, width), dtype=np.float32)
+    lane_x = np.empty(width, dtype=np.float32)
+    for i in range(width):
+        lane_x[i] = np.float32(i - radius)
+    system = np.zeros((32, 15))
+    hessian, lower, products = system[0:12], system[12:24], system[24:27]
+    total, along, unit, rows = system[27], system[28], system[29], system[30:32]
+    for k in range(points.shape[0]):
+        result[k] = np.nan
+        x, y = points[k, 0], points[k, 1]
+        count = _load(coefficients, inside, other_inside, x, y, warps[k], radius, weights, found)
+        if count < 4:
+            continue
+        mean = mean_grey(reference, weights, y - radius, x - radius, count)
+        reference_moments(
+            reference, weights, lane_x, y - radius, x - radius, mean, second, products, total,
+            along,
+        )  # fmt: skip
+        offset = along[0] / count
+        energy = along[1] - along[0] * offset
+        if not energy > 0.0:
+            continue
+        for a in range(3, 15):
+            along[a] -= offset * total[a]
+        fill_hessian(products, total, along, count, energy, terms, hessian)
+        if not factor(hessian, 2 * terms, 0.0, lower):
+            continue
+        for axis in range(2):
+            unit[:] = 0.0
+            unit[axis * terms] = 1.0
+            solve(lower, unit, 2 * terms, rows[axis])
+        _fill_influence(
+            reference, x, y, radius, terms, weights, float(mean) + offset, count, energy,
+            total, along, rows, influence,
+        )  # fmt: skip
+        for pick in range(3):
+            one, other = influence[0 if pick != 1 else 1], influence[0 if pick == 0 else 1]
+            variance = 0.0
+            for n in range(lags.shape[0]):
+                down, right = lags[n, 0], lags[n, 1]
+                shared = _lag_product(one, other, down, right, width)
+                if down != 0 or right != 0:
+                    shared += _lag_product(other, one, down, right, width)
+                variance += covariance[k, n] * shared
+            result[k, pick] = variance

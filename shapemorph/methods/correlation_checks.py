@@ -7,12 +7,13 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Codes, Floats, Ints
 from shapemorph.core.status import PointStatus
 from shapemorph.kernels.neighbours import predict_from_neighbours
+from shapemorph.methods.threads import run_blocks
 
 Values = TypeVar("Values", Floats, Ints)
 
 REACH = 2  # neighbours in a window of 5 x 5 points
 SPREADS = 5.0  # a point may be so many spreads of its neighbours' predictions off
-MIN_NEIGHBOURS = 3
+BLOCK = 1024  # points that a thread takes at once
 ROUNDS = 3
 MIN_ISLAND = 5  # points; fewer that contradict all around them are not believed
 
@@ -44,15 +45,8 @@ def neighbour_guesses(
     Genovese, Sorgente (2017), Eq. 2, doi:10.1016/j.optlaseng.2017.06.020: first guesses
     from at least three neighbours; here by medians of what each of them predicts.
     """
-    found, slope, _spread, count = predict_from_neighbours(
-        np.ascontiguousarray(position),
-        np.ascontiguousarray(gradient),
-        usable,
-        queries,
-        float(spacing),
-        REACH,
-    )
-    return found, slope, count >= MIN_NEIGHBOURS
+    found, slope, spread = _predict(position, gradient, usable, queries, spacing=spacing)
+    return found, slope, np.isfinite(spread)
 
 
 def find_outliers(
@@ -97,18 +91,31 @@ def find_outliers(
     return np.asarray(outlier | islands)
 
 
+def _predict(
+    position: Floats, gradient: Floats, usable: Bools, queries: Ints, *, spacing: int
+) -> tuple[Floats, Floats, Floats]:
+    """Position, gradient and spread that the neighbours predict; NaN where too few."""
+    position, gradient = np.ascontiguousarray(position), np.ascontiguousarray(gradient)
+    number = len(queries)
+    found, slope, spread = np.empty((number, 2)), np.empty((number, 2, 2)), np.empty(number)
+    count = np.empty(number, dtype=np.int64)
+
+    def work(first: int, last: int) -> None:
+        some = slice(first, last)
+        results = found[some], slope[some], spread[some], count[some]
+        predict_from_neighbours(
+            position, gradient, usable, queries[some], float(spacing), REACH, *results
+        )
+
+    run_blocks(work, number, block=BLOCK)
+    return found, slope, spread
+
+
 def _deviations(
     position: Floats, gradient: Floats, usable: Bools, queries: Ints, *, spacing: int, floor: float
 ) -> tuple[Floats, Floats]:
     """(Q,) distance from what the neighbours say, and the distance that is allowed."""
-    predicted, _slope, spread, _count = predict_from_neighbours(
-        np.ascontiguousarray(position),
-        np.ascontiguousarray(gradient),
-        usable,
-        queries,
-        float(spacing),
-        REACH,
-    )
+    predicted, _slope, spread = _predict(position, gradient, usable, queries, spacing=spacing)
     off = position[tuple(queries.T)] - predicted
     return np.hypot(off[:, 0], off[:, 1]), np.maximum(SPREADS * spread, floor)
 

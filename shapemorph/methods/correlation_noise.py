@@ -1,11 +1,15 @@
 """Random error of every matched point, from the residuals of all."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 from shapemorph.kernels.subset_noise import residual_products, solution_covariance
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
+from shapemorph.methods.threads import run_blocks
 
+BLOCK = 256  # points that a thread takes at once
 MAX_LAG = 3  # px; resampling correlates noise no farther unless it magnifies
 AVERAGED = 5  # points across the window in which the autocovariance is averaged
 FITTED = 10.0  # parameters that a match takes out of the residual: affine, gain, offset, slope
@@ -48,22 +52,70 @@ def displacement_covariance(
     """
     lags = short_lags(MAX_LAG)
     where = np.nonzero(usable)
-    at = np.ascontiguousarray(points[where] + reference.pad)
-    some = (reference.planes, deformed.coefficients, reference.inside, deformed.inside, at)
-    chosen = np.ascontiguousarray(warps[where])
-    products, pairs = residual_products(*some, chosen, radius, lags)
-    noise = _average(products, pairs, usable)
-    white = np.zeros_like(noise)
-    white[:, 0] = noise[:, 0]
-    second = 1 if order == 2 else None
-    found = solution_covariance(*some, chosen, radius, order, second, lags, noise)
-    floor = solution_covariance(*some, chosen, radius, order, second, lags[:1], white[:, :1])
-    found[:, :2] = np.maximum(found[:, :2], LEAST_SHARE * floor[:, :2])
+    subsets = _Subsets(
+        reference,
+        deformed,
+        np.ascontiguousarray(points[where] + reference.pad),
+        np.ascontiguousarray(warps[where]),
+        radius,
+        order,
+    )
+    noise = _average(*subsets.residual_products(lags), usable)
+    found = subsets.covariance(lags, noise)
+    white = subsets.covariance(lags[:1], noise[:, :1])
+    found[:, :2] = np.maximum(found[:, :2], LEAST_SHARE * white[:, :2])
     limit = np.sqrt(found[:, 0] * found[:, 1])
     found[:, 2] = np.clip(found[:, 2], -limit, limit)
     result = np.full((*usable.shape, 2, 2), np.nan)
     result[where] = found[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
     return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Subsets:
+    """Matched subsets: where they are, how they are warped, in which pictures."""
+
+    reference: ReferencePicture
+    deformed: DeformedPicture
+    points: Ints
+    warps: Floats
+    radius: int
+    order: int
+
+    def residual_products(self, lags: Ints) -> tuple[Floats, Floats]:
+        """(N, K) sums of products of the residual at each lag, and number of pairs."""
+        products, pairs = np.empty((2, len(self.points), len(lags)))
+
+        def work(first: int, last: int) -> None:
+            some = slice(first, last)
+            residual_products(*self._block(some), self.radius, lags, products[some], pairs[some])
+
+        run_blocks(work, len(self.points), block=BLOCK)
+        return products, pairs
+
+    def covariance(self, lags: Ints, noise: Floats) -> Floats:
+        """(N, 3) variance of x, of y, covariance, from the autocovariance of the noise."""
+        result = np.empty((len(self.points), 3))
+        second = 1 if self.order == 2 else None
+        noise = np.ascontiguousarray(noise)
+
+        def work(first: int, last: int) -> None:
+            some = slice(first, last)
+            shape = (self.radius, self.order, second)
+            solution_covariance(*self._block(some), *shape, lags, noise[some], result[some])
+
+        run_blocks(work, len(self.points), block=BLOCK)
+        return result
+
+    def _block(self, some: slice) -> tuple[Greys, Greys, Greys, Greys, Ints, Floats]:
+        return (
+            self.reference.planes,
+            self.deformed.coefficients,
+            self.reference.inside,
+            self.deformed.inside,
+            self.points[some],
+            self.warps[some],
+        )
 
 
 def short_lags(largest: int) -> Ints:

@@ -1,8 +1,6 @@
 """Subset correlation of points on a regular grid."""
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +9,10 @@ from shapemorph.core.arrays import Bools, Codes, Floats, Ints
 from shapemorph.core.status import PointStatus
 from shapemorph.kernels.icgn import match_subsets
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
+from shapemorph.methods.threads import run_blocks
 
 MIN_DEVIATION = 1.0 / 255.0  # a subset with less contrast shows no pattern
+BLOCK = 256  # points that a thread takes at once
 REACH = 4  # px beyond the drift that the spline needs
 
 
@@ -134,18 +134,21 @@ def match_points(
         See :func:`identity_starts` and :func:`affine_starts`.
     settings : SubsetSettings
     """
-    at, begin = np.ascontiguousarray(points + reference.pad), np.ascontiguousarray(starts)
+    at = np.ascontiguousarray(points + reference.pad)
+    warps = np.array(starts, dtype=np.float64, order="C")
+    zncc, iterations = np.full(len(at), np.nan), np.zeros(len(at), dtype=np.int64)
+    status = np.zeros(len(at), dtype=np.uint8)
 
-    def run(number: int) -> tuple[Floats, Floats, Ints, Codes]:
-        return match_subsets(  # type: ignore[no-any-return]
+    def work(first: int, last: int) -> None:
+        some = slice(first, last)
+        match_subsets(
             reference.planes,
             reference.inside,
             reference.counts,
             deformed.coefficients,
             deformed.inside,
             deformed.counts,
-            at[:number],
-            begin[:number],
+            at[some],
             settings.radius,
             settings.order,
             1 if settings.order == 2 else None,
@@ -154,11 +157,15 @@ def match_points(
             settings.min_inside * (2 * settings.radius + 1) ** 2,
             MIN_DEVIATION,
             settings.max_drift,
+            warps[some],
+            zncc[some],
+            iterations[some],
+            status[some],
         )
 
-    run(0)  # compiles where that has not been done, so that it is not timed
+    work(0, 0)  # compiles where that has not been done, so that it is not timed
     start = time.perf_counter()
-    warps, zncc, iterations, status = run(len(at))
+    run_blocks(work, len(at), block=BLOCK)
     seconds = time.perf_counter() - start
     position = points + warps[:, [0, 6]]
     gradient = warps[:, [1, 2, 7, 8]].reshape(-1, 2, 2)
@@ -169,17 +176,3 @@ def judge_zncc(status: Codes, zncc: Floats, *, min_zncc: float) -> Codes:
     """Lower OK to LOW_ZNCC where the correlation is below a limit."""
     poor = (status == PointStatus.OK) & ~(zncc >= min_zncc)
     return np.where(poor, np.uint8(PointStatus.LOW_ZNCC), status)
-
-
-@contextmanager
-def kernel_threads(threads: int | None) -> Iterator[None]:
-    """Limit the threads of compiled loops while a block runs; None leaves them alone."""
-    import numba
-
-    before = numba.get_num_threads()
-    if threads is not None:
-        numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
-    try:
-        yield
-    finally:
-        numba.set_num_threads(before)

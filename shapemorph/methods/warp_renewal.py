@@ -133,4 +133,4 @@ def _through(targets: Floats) -> Floats:
     from scipy.ndimage import spline_filter
 
     parts = [spline_filter(np.ascontiguousarray(targets[..., k]), order=3) for k in range(2)]
-    return np.asarray(np.stack(parts, axis=-1))
+    return np.stack([np.asarray(part, dtype=np.float64) for part in parts], axis=-1)

@@ -17,7 +17,8 @@ from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.grid_correlation import GridMatches, correlate_grid
 from shapemorph.methods.spline_pictures import prepare_deformed, prepare_reference
 from shapemorph.methods.subset_choice import SubsetChoice, choose_subset
-from shapemorph.methods.subset_dic import SubsetSettings, grid_points, kernel_threads
+from shapemorph.methods.subset_dic import SubsetSettings, grid_points
+from shapemorph.methods.threads import kernel_threads
 from shapemorph.methods.warp_renewal import renew_warp
 from shapemorph.methods.warping import warp_points
 
