@@ -3,6 +3,7 @@
 import errno
 import os
 import sys
+import textwrap
 from collections.abc import Sequence
 
 from cyclopts import CycloptsError
@@ -66,5 +67,5 @@ def _unexpected(error: Exception) -> str:
         return f"the disk is full{where}: free some space and run again; finished stages are kept"
     if isinstance(error, MemoryError):
         return "out of memory: lower flatten.max_megapixels or flatten.px_per_mm"
-    what = str(error) or type(error).__name__
+    what = textwrap.shorten(str(error), 200, placeholder=" ...")
     return f"unexpected {type(error).__name__}: {what} (--debug shows where)"
