@@ -13,7 +13,6 @@ _WORST_CONDITION = 1e7  # of normal equations in coordinates of order one
 _FEWEST_QUADRATIC = 9  # half as many again as the six coefficients
 _FEWEST_LINEAR = 4  # one more than the three coefficients
 _STEEPEST = 0.5  # cosine of the largest tilt of a chord from the tangent plane
-_TANGENT_PASSES = 2  # the second starts from a plane already tangent
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,11 +80,8 @@ def fit_tangent(
     """
     patch = _gather(reference, deformed, windows)
     picture = _relative(reference_px, windows)
-    tangent, mm_per_px = _plane(patch, picture)
-    for _ in range(_TANGENT_PASSES - 1):
-        operators = _operators(*_project(patch, tangent))
-        tangent, _ = _orthonormal(_slopes_of(operators) @ patch.reference)
-    return _fit(patch, tangent, mm_per_px)
+    plane, mm_per_px = _plane(patch, picture)
+    return _fit(patch, plane, mm_per_px)
 
 
 def _fit(patch: _Patch, plane: Floats, mm_per_px: Floats) -> TangentFit:

@@ -103,6 +103,9 @@ def test_glb_holds_the_deformed_shape_in_metres_with_e1_as_scalar_and_colour(tmp
     e1 = measurement.arrays["E1"][used]
     np.testing.assert_allclose(scalar, e1, rtol=1e-6)
     colours = values_of(document, binary, primitive["attributes"]["COLOR_0"])
+    lowest = colours[e1.argmin(), :3] / 65535
+    encoded = np.where(lowest <= 0.0031308, 12.92 * lowest, 1.055 * lowest ** (1 / 2.4) - 0.055)
+    np.testing.assert_allclose(encoded, [0.267, 0.005, 0.329], atol=1e-3)  # viridis begins here
     luminance = colours[:, :3] @ [0.2126, 0.7152, 0.0722]
     np.testing.assert_array_equal(np.argsort(luminance), np.argsort(e1))  # a map of lightness
     extras = document["meshes"][0]["extras"]

@@ -37,6 +37,16 @@ def test_noise_is_told_from_curvature_and_kinks(name, noise):
     assert found == pytest.approx(noise, rel=0.06)  # 1000 overlapping samples: 2 to 3 %
 
 
+def test_noise_is_not_biased():
+    vertices, faces = sheet(SURFACES["cylinder"])
+    rng = np.random.default_rng(23)
+    found = [
+        vertex_noise(vertices + rng.normal(0, 0.05, vertices.shape), faces, samples=1000)
+        for _ in range(8)
+    ]
+    assert np.mean(found) == pytest.approx(0.05, rel=0.012)  # 2 to 3 % each
+
+
 @pytest.mark.parametrize("name", ["plane", "kink"])
 def test_surface_without_noise_has_none(name):
     vertices, faces = sheet(SURFACES[name])

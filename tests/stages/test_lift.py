@@ -134,6 +134,14 @@ def test_noise_across_the_surface_and_of_the_match_is_told_by_sigma():
     assert np.mean(found.sigma_position**2) == pytest.approx(expected, rel=0.1)
 
 
+def test_finer_deformed_mesh_disturbs_the_match_less():
+    picture = picture_grid()
+    coarse, fine = flattened(plane, noise=0.01), flattened(plane, noise=0.01, step=0.45)
+    found = run(matched(picture, picture), coarse, fine)
+    sides = np.median(found.sigma_mesh, axis=(0, 1))
+    assert sides[0] == pytest.approx(2 * sides[1], rel=0.2)  # four times the vertices
+
+
 def test_nothing_on_the_deformed_surface_is_an_error():
     picture = picture_grid()
     with pytest.raises(StageError, match="LEFT_IMAGE"):
