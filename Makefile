@@ -5,6 +5,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+WORKERS ?= 2# processes that share the tests; 0: none but this one
 
 .PHONY: setup demo test check bench format clean
 
@@ -19,7 +20,7 @@ demo: $(STAMP)
 	@echo "report: runs/demo/report.html"
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n $(WORKERS) --dist loadfile
 
 check: $(STAMP)
 	$(BIN)/ruff check .
