@@ -155,7 +155,7 @@ def histograms_figure(measurement: Measurement) -> "Figure":
     values.append(np.where(ok, measurement.arrays["zncc"], np.nan))
     labels.append("Correlation ZNCC  [–]")
     figure = new_figure(1240, HEAD + 20 + 2 * 340)
-    note = "Share of the points with a value; line: median, band: 1st to 99th percentile"
+    note = "Share of the points with a value; line: median, band: 1st to 99th percentile; log scale"
     write_heading(figure, Heading("Distributions", note))
     for k, (data, label) in enumerate(zip(values, labels, strict=True)):
         axes = place_axes(figure, EDGE + 70 + 610 * (k % 2), HEAD + 20 + 340 * (k // 2), 500, 240)
