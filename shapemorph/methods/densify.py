@@ -95,10 +95,9 @@ def search_grid(
         still, still_mask, moved, moved_mask, pixels,
         how.half, how.radius, how.stride, how.least_inside,
     )  # fmt: skip
-    source = np.asarray((pixels + 0.5) * how.reduction - 0.5, np.float64)
-    good = found[:, 2] >= how.least_zncc
+    source = ((pixels + 0.5) * how.reduction - 0.5).astype(np.float64)
     target, _gradient = warp_points(warp, source + found[:, :2] * how.reduction)
-    good &= np.isfinite(target).all(axis=1)
+    good = (found[:, 2] >= how.least_zncc) & on_mask(deformed.mask, target)
     shift = found[good, :2] * how.reduction
     return GridSeeds(source[good], shift, target[good], found[good, 2], len(grid))
 
@@ -106,8 +105,8 @@ def search_grid(
 def error_of_warp(warp: Warp, source: Floats, target: Floats) -> Floats:
     """(N, 2) shift in the source picture that would make the warp meet the targets, px."""
     predicted, gradient = warp_points(warp, source)
-    shift: Floats = np.linalg.solve(gradient, (target - predicted)[..., None])[..., 0]
-    return shift
+    shift = np.linalg.solve(gradient, (target - predicted)[..., None])[..., 0]
+    return np.asarray(shift, np.float64)
 
 
 def grid_points(mask: Bools, step: float) -> Floats:
@@ -116,9 +115,8 @@ def grid_points(mask: Bools, step: float) -> Floats:
     for size in mask.shape[::-1]:
         count = max(1, int(size // step))
         axes.append((np.arange(count) - (count - 1) / 2) * step + (size - 1) / 2)
-    points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-    pixels = np.rint(points).astype(np.int64)
-    chosen: Floats = points[mask[pixels[:, 1], pixels[:, 0]]]
+    points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2).astype(np.float64)
+    chosen: Floats = points[on_mask(mask, points)]
     return chosen
 
 
@@ -128,6 +126,15 @@ def nearest_distance(known: Floats, points: Floats) -> Floats:
 
     distance, _index = cKDTree(known).query(points)
     return np.asarray(distance, np.float64)
+
+
+def on_mask(mask: Bools, points: Floats) -> Bools:
+    """(N,) whether the pixel under each point is on the mask; NaN is not."""
+    height, width = mask.shape
+    col, row = np.rint(np.nan_to_num(points, nan=-1.0)).astype(np.int64).T
+    inside: Bools = (col >= 0) & (row >= 0) & (col < width) & (row < height)
+    inside[inside] = mask[row[inside], col[inside]]
+    return inside
 
 
 def _reduce(pattern: Pattern, factor: int) -> tuple[Greys, Greys]:

@@ -13,7 +13,7 @@ from shapemorph.core.arrays import Bools, Floats, Greys
 from shapemorph.methods.contrast import Pattern
 
 BLUR = 0.7  # px, before differentiating: noise and pixels have no say
-OPERATOR = 0.12  # px^2 that the derivative operator itself adds to the speckle
+OPERATOR = 11 / 16  # px^2 that Scharr's operator adds to a Gaussian speckle, to first order
 LEAST = 0.25  # share of the measured covariance that the corrections must leave
 MARGIN = 3  # px beside the rim of the mask that gradients are not trusted
 LATTICE = 8  # px between the points of the field

@@ -31,20 +31,21 @@ _log = logging.getLogger(__name__)
 
 # Lengths below are in standard deviations of the speckle (its width at half maximum is 3.3
 # of them) unless they say px.
-LIGHT_WINDOW = 24.0
-SPECKLE_WINDOW = 60.0
-VIEW_STD = 1.6  # px
-CELL = 20.0
+LIGHT_WINDOW = 27.0
+SPECKLE_WINDOW = 66.0
+VIEW_STD = 1.5  # px
+CELL = 22.0
 PER_CELL = (6.0, 9.6)
 MOST_FEATURES = (6000, 9600)
-SAME_PLACE = 1.5
+SAME_PLACE = 1.7
 NEIGHBOURS = (16, 24)  # that vote, that predict
 SUPPORT = 0.25
-WORK_STD = 2.0  # px: coarser speckle is searched in reduced pictures
-FIRST_STEP, STEP = 10.0, 6.0
-MOST_GRID_POINTS = 8_000
-WINDOW = 14.0
-FIRST_RADIUS, RADIUS = 4.0, 2.0
+WORK_STD = 1.8  # px: coarser speckle is searched in reduced pictures
+FIRST_STEP, STEP = 11.0, 7.0
+LEAST_STEP = 3.0  # where the picture is small for its speckle
+ENOUGH_GRID_POINTS, MOST_GRID_POINTS = 1_500, 8_000
+WINDOW = 15.0
+FIRST_RADIUS, RADIUS = 4.5, 2.2
 LEAST_INSIDE, LEAST_ZNCC = 0.4, 0.6
 LEAST_CONTRAST = 1.0 / 255
 LEAST_FOUND = 0.15  # share of the searched grid points, else the warp is not believed
@@ -209,8 +210,10 @@ def _grid_search(side: _Side, warp: Warp, *, first: bool) -> GridSearch:
     reduction = max(1, round(side.std / WORK_STD))
     work_std = side.std / reduction
     stride = max(1, round(work_std))
-    step = side.std * (FIRST_STEP if first else STEP)
-    step = max(step, float(np.sqrt(side.pattern.mask.sum() / MOST_GRID_POINTS)))
+    area = float(side.pattern.mask.sum())
+    finer = max(LEAST_STEP * side.std, np.sqrt(area / ENOUGH_GRID_POINTS))
+    step = min(side.std * (FIRST_STEP if first else STEP), finer if not first else np.inf)
+    step = max(step, np.sqrt(area / MOST_GRID_POINTS))
     return GridSearch(
         step=step,
         reach=max(3 * step, 2 * warp.spacing),
