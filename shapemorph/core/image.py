@@ -49,8 +49,9 @@ class Chart:
     vertex_ids : (N,) int64
         Vertex of the mesh that each vertex of the chart is a copy of.
     faces : (M, 3) int64
-        Triangles in vertices of the chart, counter-clockwise in (x right, y down) px
-        coordinates having positive signed area ``(x1-x0)(y2-y0) - (x2-x0)(y1-y0)``.
+        Triangles in vertices of the chart. The picture shows the outer side, unmirrored:
+        faces that are counter-clockwise seen from outside are so on the screen, with
+        negative signed area ``(x1-x0)(y2-y0) - (x2-x0)(y1-y0)`` in (x right, y down) px.
     face_ids : (M,) int64
         Face of the mesh that each triangle is; its corners are in the same order.
     vertex_px : (N, 2) float64
