@@ -91,21 +91,21 @@ def _filter(texels: Greys, height: int, width: int, repeats: int) -> None:
             _filter_block(texels, start * width, width, lanes, 1, width, repeats)
 
 
-def to_coefficients(picture: Greys, repeats: int) -> Greys:
-    """Turn a picture (H, W) into its cubic B-spline coefficients (H, W).
+def to_coefficients(picture: Greys, repeats: int) -> None:
+    """Turn a contiguous picture (H, W) into its cubic B-spline coefficients, in place.
 
     Beyond its border the picture goes on mirrored, or again from the other side where
     `repeats` is 1.
     """
-    texels = picture.flatten()
-    _filter(texels, picture.shape[0], picture.shape[1], repeats)
-    return texels.reshape(picture.shape)
+    _filter(picture.ravel(), picture.shape[0], picture.shape[1], repeats)
 
 
 def reduce_by_two(picture: Greys) -> Greys:
     """Average boxes of 2 x 2 texels; an odd last row or column stands for its pair."""
     height, width = picture.shape
-    even = np.pad(picture, ((0, height % 2), (0, width % 2)), mode="edge")
+    even = picture
+    if height % 2 or width % 2:
+        even = np.pad(picture, ((0, height % 2), (0, width % 2)), mode="edge")
     total = even[::2, ::2] + even[::2, 1::2]
     total += even[1::2, ::2]
     total += even[1::2, 1::2]

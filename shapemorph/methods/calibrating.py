@@ -44,21 +44,21 @@ def calibrate(mesh: TexturedMesh, chart: Chart) -> tuple[CalibratedImage, float]
             f"{mesh.name}: no pixel of the flattened image lies on the surface at "
             f"{chart.px_per_mm:.3g} px/mm: raise flatten.px_per_mm"
         )
-    grey = np.zeros((height, width), np.float32)
-    grey[mask] = _shade_pixels(mesh, chart, triangle, mask)
+    grey = _shade_pixels(mesh, chart, triangle, mask)
     image = GreyImage(continue_outside(grey, mask), mask)
     return CalibratedImage(image, chart, triangle, barycentric), overlaps / int(mask.sum())
 
 
 def _shade_pixels(mesh: TexturedMesh, chart: Chart, triangle: Triangles, mask: Bools) -> Greys:
     shader = prepare_shader(mesh, chart)
-    rows, cols = np.nonzero(mask)
-    grey = np.empty(len(rows), np.float32)
-    for start in range(0, len(rows), POINTS_AT_ONCE):
-        some = slice(start, start + POINTS_AT_ONCE)
-        points = np.stack([cols[some], rows[some]], axis=1).astype(np.float64)
-        hints = triangle[rows[some], cols[some]].astype(np.int64)
-        grey[some], _ = shader.shade(points, np.eye(2)[None], hints)
+    grey = np.zeros(mask.shape, np.float32)
+    band = max(POINTS_AT_ONCE // mask.shape[1], 1)
+    for start in range(0, len(mask), band):
+        rows, cols = np.nonzero(mask[start : start + band])
+        rows += start
+        points = np.stack([cols, rows], axis=1).astype(np.float64)
+        hints = triangle[rows, cols].astype(np.int64)
+        grey[rows, cols], _ = shader.shade(points, np.eye(2)[None], hints)
     return grey
 
 

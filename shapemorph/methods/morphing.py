@@ -8,7 +8,7 @@ from shapemorph.core.matching import Warp
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import texture as kernel
 from shapemorph.methods.calibrating import POINTS_AT_ONCE, continue_outside
-from shapemorph.methods.shading import level_table, prepare_shader, reduced_coefficients
+from shapemorph.methods.shading import prepare_shader, stack_pictures
 from shapemorph.methods.warping import warp_points
 
 LEVELS = 5
@@ -68,8 +68,7 @@ def morph_image(image: GreyImage, warp: Warp, shape: tuple[int, int]) -> GreyIma
         The mask holds the pixels whose centre falls nearest to one of the deformed mask.
     """
     filled = continue_outside(image.grey, image.mask)
-    levels = reduced_coefficients(filled, base=0, levels=LEVELS, repeats=0)
-    texels, table = np.concatenate([level.ravel() for level in levels]), level_table(levels)
+    texels, table = stack_pictures([filled], [0], base=0, levels=LEVELS)
     grey = np.zeros(shape[0] * shape[1], np.float32)
     mask = np.zeros(shape[0] * shape[1], dtype=bool)
     for start in range(0, len(grey), POINTS_AT_ONCE):

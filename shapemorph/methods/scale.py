@@ -1,6 +1,6 @@
 """Choose how many pixels a millimetre gets: by the speckle, within what the texture holds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,11 +17,13 @@ from shapemorph.methods.distortion import (
     weighted_quantile,
 )
 from shapemorph.methods.parametrize.disk import Piece
-from shapemorph.methods.shading import prepare_shader, texel_map, texels_per_px
+from shapemorph.methods.shading import prepare_shader, texel_density, texel_map
 from shapemorph.methods.speckle import TILE, choose_tiles, tile_widths
 
 PROBES = 6
-SHARP, BLURRED = 4.0, 12.0  # px across a speckle between which a probe is trusted
+FIRST_PROBE = 3.0  # times coarser than the texture
+PROBE_TEXELS = 1.5  # texels per pixel that suffice to see how wide a speckle is
+SHARP, BLURRED = 3.5, 12.0  # px across a speckle between which a probe is trusted
 LEAST_SPECKLE = 3.0  # px; 95 % of the tiles should show larger speckles
 MOST_FINER = 1.5  # factor that the above may refine the picture by
 LEAST_ACROSS = 300.0  # px, square root of the area of the picture
@@ -60,18 +62,13 @@ class Pattern:
         return weighted_quantile(shown, self.chart_scale**-2.0, 0.5)
 
 
-def texture_density(mesh: TexturedMesh, chart: Chart) -> float:
-    """Texels per pixel of a chart, median by area on the surface."""
-    _, gradients = texel_map(mesh, chart)
-    area = chart_distortion(mesh.vertices, chart).area
-    return weighted_quantile(texels_per_px(gradients), area, 0.5)
-
-
-def measure_pattern(mesh: TexturedMesh, piece: Piece, plane: Floats) -> Pattern:
+def measure_pattern(
+    mesh: TexturedMesh, piece: Piece, plane: Floats, *, max_megapixels: float
+) -> Pattern:
     """Measure the speckle of a mesh in tiles of trial pictures.
 
-    Each trial changes the scale until a speckle is several pixels wide or the texture
-    has no more detail to give.
+    Each trial changes the scale until a speckle is several pixels wide, or the texture
+    has no more detail to give, or the picture grows too large.
 
     Parameters
     ----------
@@ -79,36 +76,32 @@ def measure_pattern(mesh: TexturedMesh, piece: Piece, plane: Floats) -> Pattern:
     piece : Piece
     plane : (N, 2)
         mm, median scale 1.
+    max_megapixels : float
+        Of a trial picture.
 
     Raises
     ------
     DataError
         If the texture shows no pattern.
     """
-    finest = texture_density(mesh, chart_at_scale(piece, plane, px_per_mm=1.0))
-    if not finest > 0:
-        raise DataError(
-            f"{mesh.name}: expected texture coordinates that span an area, got single points: "
-            "export the mesh with its UV map"
-        )
-    extent = float(np.ptp(plane, axis=0).min())
-    coarsest = min(2.0 * TILE / max(extent, 1e-300), finest)
-    px_per_mm = max(finest / 4.0, coarsest)
-    pattern = None
+    chart = chart_at_scale(piece, plane, px_per_mm=1.0)
+    distortion = chart_distortion(mesh.vertices, chart)
+    density = _texture_density(mesh, chart, distortion.area)
+    finest = min(density, scale_of_size(plane, max_megapixels))
+    coarsest = min(2.0 * TILE / max(float(np.ptp(plane, axis=0).min()), 1e-300), finest)
+    px_per_mm, scale = max(finest / FIRST_PROBE, coarsest), local_scale(distortion)
     for _ in range(PROBES):
-        pattern = _probe(mesh, chart_at_scale(piece, plane, px_per_mm=px_per_mm), finest)
-        if not np.isfinite(pattern.speckle_mm).any():
-            wanted = coarsest
-        else:
-            shown = pattern.typical_chart_mm * px_per_mm
-            if SHARP <= shown <= BLURRED:
-                break
-            wanted = px_per_mm * np.clip(6.0 / shown, 0.25, 4.0)
-        wanted = float(np.clip(wanted, coarsest, finest))
+        trial = chart_at_scale(piece, plane, px_per_mm=px_per_mm)
+        pattern = replace(_probe(mesh, trial, scale), texels_per_mm=density)
+        shown = pattern.typical_chart_mm * px_per_mm
+        if SHARP <= shown <= BLURRED:
+            break
+        change = np.clip(6.0 / shown, 0.25, 4.0) if np.isfinite(shown) else 0.0
+        wanted = float(np.clip(px_per_mm * change, coarsest, finest))
         if wanted == px_per_mm:
             break
         px_per_mm = wanted
-    if pattern is None or not np.isfinite(pattern.speckle_mm).any():
+    if not np.isfinite(shown):
         raise DataError(
             f"{mesh.name}: expected a pattern, got a texture that is uniform where the mesh "
             "uses it: check that it is the right picture"
@@ -116,7 +109,20 @@ def measure_pattern(mesh: TexturedMesh, piece: Piece, plane: Floats) -> Pattern:
     return pattern
 
 
-def _probe(mesh: TexturedMesh, chart: Chart, finest: float) -> Pattern:
+def _texture_density(mesh: TexturedMesh, chart: Chart, area: Floats) -> float:
+    """Texels per pixel of a chart, median by area on the surface."""
+    _, gradients = texel_map(mesh, chart)
+    density = weighted_quantile(texel_density(gradients), area, 0.5)
+    if not density > 0:
+        raise DataError(
+            f"{mesh.name}: expected texture coordinates that span an area, got single points: "
+            "export the mesh with its UV map"
+        )
+    return density
+
+
+def _probe(mesh: TexturedMesh, chart: Chart, scale: Floats) -> Pattern:
+    """Measure the speckle in tiles of one trial picture; only the tiles are read."""
     height, width = (max(size, TILE) for size in picture_shape(chart))
     px, faces = np.ascontiguousarray(chart.vertex_px), np.ascontiguousarray(chart.faces)
     triangle, _, _ = rasterise(px, faces, chart_handedness(chart), height, width)
@@ -129,18 +135,22 @@ def _probe(mesh: TexturedMesh, chart: Chart, finest: float) -> Pattern:
     points = np.stack([cols, rows], axis=1).astype(np.float64)
     hints = triangle[rows, cols].astype(np.int64)
     grey = np.zeros((height, width), np.float32)
-    grey[rows, cols], _ = prepare_shader(mesh, chart).shade(points, np.eye(2)[None], hints)
-    scale = local_scale(chart_distortion(mesh.vertices, chart))
+    shader = prepare_shader(mesh, chart, texels_per_px=PROBE_TEXELS)
+    grey[rows, cols], _ = shader.shade(points, np.eye(2)[None], hints)
     local = np.array([_scale_of_tile(scale, triangle, row, col) for row, col in tiles])
-    widths = tile_widths(grey, mask, tiles)
-    area = int(mask.sum()) / chart.px_per_mm**2
-    return Pattern(widths / local, local / chart.px_per_mm, finest, area)
+    widths = tile_widths(grey, mask, tiles) / chart.px_per_mm
+    return Pattern(widths / local, local, np.nan, int(mask.sum()) / chart.px_per_mm**2)
 
 
 def _scale_of_tile(scale: Floats, triangle: Triangles, row: int, col: int) -> float:
-    """Median of the local scale, px per mm, over the pixels of a tile."""
+    """Median of the local scale over the pixels of a tile."""
     under = triangle[row : row + TILE, col : col + TILE]
     return float(np.nanmedian(scale[under[under >= 0]]))
+
+
+def scale_of_size(plane: Floats, megapixels: float) -> float:
+    """Scale, px per mm, at which a flattening in mm fills a picture of a given size."""
+    return float(np.sqrt(1e6 * megapixels / max(np.ptp(plane, axis=0).prod(), 1e-300)))
 
 
 def choose_scale(
@@ -171,7 +181,7 @@ def choose_scale(
     reason : str
         For people.
     """
-    finest = float(np.sqrt(1e6 * max_megapixels / max(np.ptp(plane, axis=0).prod(), 1e-300)))
+    finest = scale_of_size(plane, max_megapixels)
     if px_per_mm is not None:
         if px_per_mm <= finest:
             return px_per_mm, f"{px_per_mm:.4g} px/mm as asked"

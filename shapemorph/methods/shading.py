@@ -1,5 +1,6 @@
 """Grey of a flattened surface, read from its textures once."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,11 +94,21 @@ class Shader:
         )
 
 
-def prepare_shader(mesh: TexturedMesh, chart: Chart) -> Shader:
+def prepare_shader(
+    mesh: TexturedMesh, chart: Chart, *, texels_per_px: float = kernel.SAMPLES
+) -> Shader:
     """Gather what reading grey on a chart needs.
 
-    Memory is one copy of the textures as float32, at the finest reduction that most of
-    the chart calls for, and a third on top.
+    Memory is one copy of the textures as float32, reduced as far as the chart allows,
+    and a third on top.
+
+    Parameters
+    ----------
+    mesh : TexturedMesh
+    chart : Chart
+        Of that mesh.
+    texels_per_px : float
+        Textures are reduced while 95 % of the chart keeps half as many as this.
     """
     values, gradients = texel_map(mesh, chart)
     if not mesh.has_texture:
@@ -105,7 +116,7 @@ def prepare_shader(mesh: TexturedMesh, chart: Chart) -> Shader:
         stack = TextureStack(np.zeros(0, np.float32), none, 0, np.zeros(0, np.int64))
         textures = np.zeros(len(chart.faces), dtype=np.int64)
         return Shader(index_chart(chart), values, gradients, textures, stack)
-    base = _coarsest_useful(chart, gradients)
+    base = _reductions(chart, gradients, texels_per_px)
     textures = np.ascontiguousarray(mesh.face_texture[chart.face_ids])
     return Shader(index_chart(chart), values, gradients, textures, stack_textures(mesh, base))
 
@@ -153,53 +164,67 @@ def _gradients(source: Floats, target: Floats) -> Floats:
     return np.where(np.isfinite(gradients), gradients, 0.0)
 
 
-def texels_per_px(gradients: Floats) -> Floats:
+def texel_density(gradients: Floats) -> Floats:
     """Density of a texture under each triangle: square root of texels per px^2, (M,)."""
     density: Floats = np.sqrt(np.abs(np.linalg.det(gradients)))
     return density
 
 
-def _coarsest_useful(chart: Chart, gradients: Floats) -> int:
+def _reductions(chart: Chart, gradients: Floats, wanted: float) -> int:
     """Find how often textures may be halved before 5 % of the picture would notice."""
     areas = np.abs(_areas(chart.corner_px))
-    density = weighted_quantile(texels_per_px(gradients), areas, 0.05)
-    return max(int(np.floor(np.log2(max(density, 1e-9) / kernel.SAMPLES))) + 1, 0)
+    density = weighted_quantile(texel_density(gradients), areas, 0.05)
+    return max(int(np.floor(np.log2(max(density, 1e-9) / wanted))) + 1, 0)
 
 
 def stack_textures(mesh: TexturedMesh, base: int) -> TextureStack:
     """Reduce all textures of a mesh and turn them into spline coefficients."""
-    repeats = np.array([_leaves_the_picture(mesh, index) for index in range(len(mesh.textures))])
-    levels = [
-        level
-        for picture, again in zip(mesh.textures, repeats, strict=True)
-        for level in reduced_coefficients(picture, base=base, levels=LEVELS, repeats=int(again))
-    ]
-    return TextureStack(
-        np.concatenate([level.ravel() for level in levels]),
-        level_table(levels),
-        base,
-        repeats.astype(np.int64),
+    repeats = [int(_leaves_the_picture(mesh, index)) for index in range(len(mesh.textures))]
+    texels, table = stack_pictures(mesh.textures, repeats, base=base, levels=LEVELS)
+    return TextureStack(texels, table, base, np.array(repeats, dtype=np.int64))
+
+
+def stack_pictures(
+    pictures: Sequence[Greys], repeats: Sequence[int], *, base: int, levels: int
+) -> tuple[Greys, Ints]:
+    """Halve pictures again and again and turn each level into spline coefficients.
+
+    Parameters
+    ----------
+    pictures : sequence of (H, W)
+    repeats : sequence of int
+        1 for each picture that goes on periodically.
+    base : int
+        Halvings before the first level that is kept.
+    levels : int
+        Levels of each picture.
+
+    Returns
+    -------
+    texels : (T,)
+        All coefficients.
+    table : (pictures * levels, 3)
+        Offset, height and width, level after level, picture after picture.
+    """
+    shapes = np.array(
+        [
+            [-(-size // 2**level) for size in picture.shape]
+            for picture in pictures
+            for level in range(base, base + levels)
+        ]
     )
-
-
-def level_table(levels: list[Greys]) -> Ints:
-    """List offset, height and width of pictures that lie in one flat array."""
-    sizes = np.array([level.size for level in levels])
-    offsets = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-    shapes = np.array([level.shape for level in levels])
-    return np.column_stack([offsets, shapes]).astype(np.int64)
-
-
-def reduced_coefficients(picture: Greys, *, base: int, levels: int, repeats: int) -> list[Greys]:
-    """Halve a picture again and again and turn each level into spline coefficients."""
-    reduced = np.ascontiguousarray(picture, dtype=np.float32)
-    for _ in range(base):
-        reduced = kernel.reduce_by_two(reduced)
-    stack = []
-    for _ in range(levels):
-        stack.append(kernel.to_coefficients(reduced, repeats))
-        reduced = kernel.reduce_by_two(reduced)
-    return stack
+    offsets = np.concatenate([[0], np.cumsum(shapes.prod(axis=1))])
+    texels = np.empty(offsets[-1], np.float32)
+    for index, picture in enumerate(pictures):
+        reduced = np.asarray(picture, dtype=np.float32)
+        for _ in range(base):
+            reduced = kernel.reduce_by_two(reduced)
+        for slot in range(index * levels, (index + 1) * levels):
+            level = texels[offsets[slot] : offsets[slot + 1]].reshape(shapes[slot])
+            level[:] = reduced
+            kernel.to_coefficients(level, repeats[index])
+            reduced = kernel.reduce_by_two(reduced)
+    return texels, np.column_stack([offsets[:-1], shapes]).astype(np.int64)
 
 
 def _leaves_the_picture(mesh: TexturedMesh, index: int) -> bool:

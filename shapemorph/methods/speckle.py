@@ -6,7 +6,7 @@ from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 
 TILE = 64  # px
 COVERED = 0.7  # share of a tile that must lie inside the mask
-MOST_TILES = 64
+MOST_TILES = 36
 LEAST_CONTRAST = 2.0 / 255.0  # standard deviation of grey in a tile that shows a pattern
 DIRECTIONS = 8
 STEP = 0.25  # px along a direction
@@ -18,7 +18,7 @@ def choose_tiles(mask: Bools) -> Ints:
     Returns
     -------
     (K, 2)
-        Row and column of each tile's first pixel; the K <= 64 do not depend on the grey.
+        Row and column of each tile's first pixel; the K <= 36 do not depend on the grey.
     """
     height, width = mask.shape
     rows = np.arange(0, max(height - TILE, 0) + 1, TILE // 2)

@@ -21,7 +21,7 @@ from shapemorph.methods.parametrize.boundary_first import parametrise_boundary_f
 from shapemorph.methods.parametrize.conformal_lscm import parametrise_lscm
 from shapemorph.methods.parametrize.disk import Piece, boundary_loops, cut_piece, require_disk
 from shapemorph.methods.parametrize.orthographic import parametrise_orthographic
-from shapemorph.methods.scale import choose_scale, measure_pattern, texture_density
+from shapemorph.methods.scale import choose_scale, measure_pattern
 
 logger = logging.getLogger(__name__)
 
@@ -65,7 +65,7 @@ def flatten_mesh(mesh: TexturedMesh, config: FlattenConfig) -> FlattenedSurface:
     piece = cut_piece(mesh.vertices, mesh.faces, name=mesh.name)
     flattening, why = _lay_flat(mesh, piece, config)
     plane = _place(mesh, piece, flattening)
-    pattern = measure_pattern(mesh, piece, plane)
+    pattern = measure_pattern(mesh, piece, plane, max_megapixels=config.max_megapixels)
     px_per_mm, scale_reason = choose_scale(
         pattern,
         plane,
@@ -87,7 +87,7 @@ def flatten_mesh(mesh: TexturedMesh, config: FlattenConfig) -> FlattenedSurface:
         reason=reason,
         speckle_px=pattern.typical_chart_mm * px_per_mm,
         speckle_mm=pattern.typical_mm,
-        texels_per_px=texture_density(mesh, chart),
+        texels_per_px=pattern.texels_per_mm / px_per_mm,
     )
 
 
