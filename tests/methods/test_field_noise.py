@@ -12,18 +12,17 @@ from shapemorph.methods.field_noise import (
 )
 from shapemorph.stages.strain import strain
 
-SPACING, SUBSET = 7, 20  # px
-WIDTH = 15  # px, what counts of the subset
+SPACING, SUBSET = 7, 19  # px
 
 
 def averaged_noise(rng, rows, cols, sigma):
     """Errors at grid points that share the noise of overlapping subsets, (R, C, 2)."""
-    height, width = rows * SPACING + WIDTH, cols * SPACING + WIDTH
-    noise = uniform_filter(rng.normal(size=(height, width, 2)), (WIDTH, WIDTH, 1))
-    start = WIDTH // 2
+    height, width = rows * SPACING + SUBSET, cols * SPACING + SUBSET
+    noise = uniform_filter(rng.normal(size=(height, width, 2)), (SUBSET, SUBSET, 1))
+    start = SUBSET // 2
     down = slice(start, start + rows * SPACING, SPACING)
     right = slice(start, start + cols * SPACING, SPACING)
-    return noise[down, right] * WIDTH * sigma
+    return noise[down, right] * SUBSET * sigma
 
 
 def test_overlap_correlation_is_that_of_averages_over_subsets():
