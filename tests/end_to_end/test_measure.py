@@ -26,11 +26,11 @@ def test_the_small_case_is_measured_as_well_as_promised(measured, pair, capsys):
     code, said = _run("compare", measured, pair / "truth.npz", "--json", capsys=capsys)
     assert code == 0
     found = json.loads(said.out)
-    # The small case has 6 um of vertex noise on vertices that are 0.8 mm apart and a
-    # texture of 1024 px: limits of the full table (8 / 20 um, 0.0025) half as much again.
+    # Limits of the full table are 8 / 20 um and 0.0025. Here the triangles are large: edges
+    # of 1.8 mm lie up to 18 um below a dome of radius 22 mm, and pixels are larger as well.
     assert found["wrong_points"] == 0
     assert found["error_mm"]["median"] < 0.012
-    assert found["error_mm"]["p95"] < 0.030
+    assert found["error_mm"]["p95"] < 0.040
     assert found["dE1"]["median"] < 0.004
     assert found["coverage"] > 0.98
 
