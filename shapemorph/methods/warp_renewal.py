@@ -9,18 +9,28 @@ from shapemorph.methods.warping import warp_points
 MARGIN = 6  # cells around the grid; the spline forgets its border by 0.27 per cell
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 RIDGE = 1e-6  # of the weight: keeps fits at rims and corners solvable
+QUIET = 25.0  # percentile of the points at which the field is taken to be smooth
+QUIET_RAYLEIGH = 0.7585  # that percentile of the length of two unit normals
+STANDS_OUT = 3.5  # sigma
 ENOUGH = 0.05  # weight of measured points that a gap is filled from
 
 
 def renew_warp(
-    warp: Warp, points: Ints, deformed: Floats, usable: Bools, *, spacing: int, reach: float
+    warp: Warp,
+    points: Ints,
+    deformed: Floats,
+    usable: Bools,
+    *,
+    spacing: int,
+    reach: tuple[float, float],
 ) -> Warp:
     """Correct a warp by what a grid of points says, smoothed.
 
     What the points say beyond the warp is fitted around each of them by a quadratic
     surface with Gaussian weights. So the warp takes over the curvature of the field,
     which an affine subset cannot follow, but not the noise of single points: what varies
-    within a subset is not measured again by the next correlation, it stays.
+    within a subset is not measured again by the next correlation, it stays. The fit is
+    wide, and narrow where it differs from the wide one by more than noise: near kinks.
 
     Parameters
     ----------
@@ -34,8 +44,8 @@ def renew_warp(
         Points that are to be trusted.
     spacing : int
         Of the grid, px.
-    reach : float
-        Standard deviation of the weights, px.
+    reach : (float, float)
+        Standard deviation of the weights of the narrow and of the wide fit, px.
     """
     x = _lattice(points[0, :, 0], spacing)
     y = _lattice(points[:, 0, 1], spacing)
@@ -46,8 +56,10 @@ def renew_warp(
     known = np.zeros(before.shape[:2], dtype=bool)
     correction[inner][usable] = (deformed - before[inner])[usable]
     known[inner] = usable
-    smooth, sound = smooth_quadratic(correction, known, reach=reach / spacing)
-    target = before + fill_gaps(smooth, sound)
+    narrow, wide = (
+        fill_gaps(*smooth_quadratic(correction, known, reach=each / spacing)) for each in reach
+    )
+    target = before + _blend(narrow, wide, known)
     return Warp(_through(target), np.array([x[0], y[0]]), float(spacing))
 
 
@@ -94,6 +106,17 @@ def smooth_quadratic(values: Floats, known: Bools, *, reach: float) -> tuple[Flo
     ridge = RIDGE * table[0, 0][sound][:, None, None] * np.eye(len(TERMS))
     smooth[sound] = np.linalg.solve(normal[sound] + ridge, right[sound])[:, 0]
     return smooth, sound
+
+
+def _blend(narrow: Floats, wide: Floats, known: Bools) -> Floats:
+    """Wide fit, and the narrow one where the difference stands out of its usual noise."""
+    from scipy.ndimage import gaussian_filter
+
+    difference = np.hypot(*np.moveaxis(narrow - wide, -1, 0))
+    noise = np.percentile(difference[known], QUIET) / QUIET_RAYLEIGH if known.any() else 0.0
+    ratio = STANDS_OUT * noise / np.maximum(difference, 1e-12)
+    share = gaussian_filter(1.0 / (1.0 + np.minimum(ratio, 1e3) ** 6), 1.0)
+    return wide + share[..., None] * (narrow - wide)
 
 
 def continue_warp(warp: Warp, points: Floats) -> Floats:

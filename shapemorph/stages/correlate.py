@@ -22,7 +22,7 @@ from shapemorph.methods.threads import kernel_threads
 from shapemorph.methods.warp_renewal import renew_warp
 from shapemorph.methods.warping import warp_points
 
-SMOOTHING = 1.0  # of the subset: over this length the renewed warp averages the points
+SMOOTHING = (0.3, 1.0)  # of the subset: over these lengths a renewed warp averages the points
 log = logging.getLogger(__name__)
 
 OUTLIER_FLOOR = 0.15  # px; a residual may always differ so much from its neighbours
@@ -127,7 +127,7 @@ def _renew(
         deformed,
         usable,
         spacing=choice.spacing,
-        reach=SMOOTHING * choice.subset_size,
+        reach=(SMOOTHING[0] * choice.subset_size, SMOOTHING[1] * choice.subset_size),
     )
     return Morphed(remorph(renewed), renewed)
 
