@@ -9,6 +9,7 @@ from shapemorph.methods.field_noise import (
     interpolated_noise,
     overlap_correlation,
     position_noise,
+    strain_noise,
 )
 from shapemorph.stages.strain import strain
 
@@ -55,6 +56,20 @@ def test_interpolation_between_three_vertices_averages_their_noise():
     weights = np.array([[1.0, 0, 0], [0.5, 0.5, 0]])
     found = interpolated_noise(weights, vertex_noise=0.006)
     np.testing.assert_allclose(found, [0.006, 0.006 / np.sqrt(2)])
+
+
+def test_noise_of_every_strain_component_is_that_of_drawn_errors():
+    rng = np.random.default_rng(24)
+    slopes, carriers = rng.normal(size=(2, 7)), rng.normal(size=(2, 2))
+    spread = np.array([0.3, 0.7])
+    errors = rng.normal(size=(200_000, 7, 2)) * spread
+    change = np.einsum("bk,nkc,ac->nab", slopes, errors, carriers)
+    strains = (change + np.swapaxes(change, 1, 2)) / 2
+    drawn = [strains[:, 0, 0], strains[:, 1, 1], strains[:, 0, 1]]
+    drawn.append(drawn[0] - drawn[1])
+    covariance = np.einsum("ak,bk,c->cab", slopes, slopes, spread**2)
+    found = strain_noise(covariance[None], carriers[None])[0]
+    np.testing.assert_allclose(found, np.std(drawn, axis=1), rtol=0.01)  # 0.2 % scatter
 
 
 CHANGE = np.array([[2.0, 0.9], [0.1, 1.2]])
