@@ -121,7 +121,8 @@ def _write_report(run: Finished, folder: Path) -> None:
 
     summary = json.loads((run.folder / "summary.json").read_text(encoding="utf-8"))
     figures = sorted((run.folder / "figures").glob("*.png")) if run.config.report.figures else []
-    write_report(summary, figures, folder / "report.html")
+    settings = {"config": run.config.model_dump(mode="json")}
+    write_report(summary | settings, figures, folder / "report.html")
 
 
 def _everything(config: RunConfig) -> Any:

@@ -41,7 +41,7 @@ def section_table(name: str, title: str, section: Any) -> Table:
     A section that consists of a reference and a deformed part becomes two columns;
     anything beside them follows in rows of its own.
     """
-    if not isinstance(section, Mapping):
+    if not isinstance(section, Mapping) or _is_spread(section):
         return Table(title, (), ((label_of(name), (text_of(name, section),)),))
     sides = [name for name in ("reference", "deformed") if isinstance(section.get(name), Mapping)]
     if len(sides) < 2:

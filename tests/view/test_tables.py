@@ -65,5 +65,10 @@ def test_a_single_figure_is_a_table_too():
     )
 
 
+def test_percentiles_of_one_quantity_are_one_row():
+    table = section_table("displacement_mm", "Displacement", {"median": 0.5, "max": 2.0})
+    assert table.rows == (("displacement, mm", ("median 0.5  (max: 2)",)),)
+
+
 def test_long_lists_are_cut_with_their_length():
     assert "(100 in all)" in text_of("residuals_mm", [0.5] * 100)
