@@ -12,7 +12,7 @@ from shapemorph.methods.threads import run_blocks
 BLOCK = 256  # points that a thread takes at once
 MAX_LAG = 3  # px; resampling correlates noise no farther unless it magnifies
 AVERAGED = 5  # points across the window in which the autocovariance is averaged
-FITTED = 10.0  # parameters that a match takes out of the residual: affine, gain, offset, slope
+SAMPLED = 64  # subsets from which the effect of fitting is learnt
 LEAST_SHARE = 0.1  # of the variance that white noise of the same strength would cause
 
 
@@ -60,7 +60,10 @@ def displacement_covariance(
         radius,
         order,
     )
-    noise = _average(*subsets.residual_products(lags), usable)
+    overlap = fitted_overlap(
+        reference, subsets.points, radius=radius, order=order, reach=2 * MAX_LAG
+    )
+    noise = _restore(_average(*subsets.residual_products(lags), usable), lags, overlap)
     found = subsets.covariance(lags, noise)
     white = subsets.covariance(lags[:1], noise[:, :1])
     found[:, :2] = np.maximum(found[:, :2], LEAST_SHARE * white[:, :2])
@@ -126,14 +129,83 @@ def short_lags(largest: int) -> Ints:
 
 
 def _average(products: Floats, pairs: Floats, usable: Bools) -> Floats:
-    """(N, K) autocovariance averaged over the window around each usable point."""
+    """(N, K) autocovariance of residuals, averaged over the window around each usable point."""
     from scipy.ndimage import uniform_filter
 
-    lost = FITTED / np.maximum(pairs[:, :1], FITTED + 1.0)
     noise = np.empty_like(products)
     for k in range(products.shape[1]):
         sums = np.zeros((2, *usable.shape))
         sums[0][usable], sums[1][usable] = products[:, k], pairs[:, k]
         smooth = [uniform_filter(each, AVERAGED, mode="constant")[usable] for each in sums]
         noise[:, k] = smooth[0] / np.maximum(smooth[1], 1e-9)
-    return noise / (1.0 - lost)
+    return noise
+
+
+def _restore(noise: Floats, lags: Ints, overlap: Floats) -> Floats:
+    """Autocovariance of the noise from that of the residuals, which lack what was fitted.
+
+    A match projects the noise off the images that it fits. The residual's autocovariance
+    is that of the noise less its convolution with the mean autocorrelation of the
+    projector, which is inverted here.
+    """
+    centre = overlap.shape[0] // 2
+    ahead = lags[:, None] - lags[None]
+    back = lags[:, None] + lags[None]
+    taken = overlap[centre + ahead[..., 0], centre + ahead[..., 1]]
+    twice = (lags != 0).any(axis=1)
+    taken = taken + twice * overlap[centre + back[..., 0], centre + back[..., 1]]
+    restored: Floats = np.linalg.solve(np.eye(len(lags)) - taken, noise.T).T
+    return restored
+
+
+def fitted_overlap(
+    reference: ReferencePicture, points: Ints, *, radius: int, order: int, reach: int
+) -> Floats:
+    """Mean autocorrelation of the projector on the images that a match fits.
+
+    Parameters
+    ----------
+    reference : ReferencePicture
+    points : (N, 2)
+        Centres in the padded picture; a spread sample of them is looked at.
+    radius, order : int
+        Of the subset, px; of the shape function.
+    reach : int
+        Largest lag, px.
+
+    Returns
+    -------
+    (2 reach + 1, 2 reach + 1)
+        Mean of P[i, i + lag] over pixels and subsets, lag zero at the centre.
+    """
+    chosen = points[np.unique(np.linspace(0, len(points) - 1, SAMPLED).round().astype(int))]
+    total, pairs = np.zeros((2, 2 * reach + 1, 2 * reach + 1))
+    for x, y in chosen:
+        window = (slice(y - radius, y + radius + 1), slice(x - radius, x + radius + 1))
+        inside = reference.inside[window] > 0
+        images = _fitted_images(reference.planes[:, *window], inside, radius, order)
+        basis = np.linalg.qr(images.reshape(len(images), -1).T)[0].T.reshape(images.shape)
+        total += _autocorrelation(basis, reach)
+        pairs += _autocorrelation(inside[None].astype(np.float64), reach)
+    return total / np.maximum(pairs, 1e-9)
+
+
+def _fitted_images(planes: Greys, inside: Bools, radius: int, order: int) -> Floats:
+    """(M, H, W) images that gain, offset, light and motion can add to a subset."""
+    y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1] / float(radius)
+    terms = [np.ones_like(x), x, y, x * x, x * y, y * y][: (order + 1) * (order + 2) // 2]
+    grey, along_x, along_y = planes.astype(np.float64)
+    light = [np.ones_like(x), x, y, grey]
+    motion = [slope * term for slope in (along_x, along_y) for term in terms]
+    return np.stack(light + motion) * inside
+
+
+def _autocorrelation(images: Floats, reach: int) -> Floats:
+    """Sum over images of image[i] image[i + lag], lag zero at the centre."""
+    import scipy.fft
+
+    size = (images.shape[1] + reach, images.shape[2] + reach)
+    power = (np.abs(scipy.fft.rfft2(images, size)) ** 2).sum(axis=0)
+    lags = scipy.fft.irfft2(power, size)
+    steps = np.arange(-reach, reach + 1)
+    return np.asarray(lags[np.ix_(steps, steps)])
