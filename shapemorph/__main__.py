@@ -2,7 +2,7 @@
 
 import sys
 
-from shapemorph.cli import main
+from shapemorph.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())
