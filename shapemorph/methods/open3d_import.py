@@ -21,6 +21,7 @@ def import_open3d() -> Any:
         If a system library is missing.
     """
     _load_libusb()
+    _keep_numba_from_tbb()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -32,6 +33,14 @@ def import_open3d() -> Any:
             "that installs what is missing"
         ) from None
     return open3d
+
+
+def _keep_numba_from_tbb() -> None:
+    """Let kernels started later turn to TBB last: Open3D's copy is too old for numba."""
+    import numba
+
+    layers = numba.config.THREADING_LAYER_PRIORITY
+    numba.config.THREADING_LAYER_PRIORITY = sorted(layers, key=lambda layer: layer == "tbb")
 
 
 def _load_libusb() -> None:
