@@ -39,10 +39,7 @@ def describe_correlation(folder: Path, summary: dict[str, Any]) -> Iterator[str]
     """Say what the correlation of two pictures found."""
     points, correlate = summary["points"], summary["correlate"]
     yield f"points      {points['ok']} of {points['total']} ({points['ok_share']:.1%})"
-    yield (
-        f"subset      {correlate['subset_size_px']} px ({correlate['subset_reason']}), "
-        f"spacing {correlate['spacing_px']} px"
-    )
+    yield f"subset      {correlate['subset_reason']}; spacing {correlate['spacing_px']} px"
     yield (
         f"zncc        median {_number(correlate['zncc']['median'])}, "
         f"p5 {_number(correlate['zncc']['p5'])}; 1 sigma "

@@ -75,14 +75,20 @@ def whole_folder(folder: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def scratch_folder(folder: Path) -> Iterator[Path]:
-    """Give an empty folder in `folder` that is gone after the block."""
+    """Give an empty folder in `folder` that is gone after the block.
+
+    A `folder` that was made for it, and to which nothing was moved, goes with it.
+    """
     scratch = folder / ".partial-files"
+    is_new = not folder.exists()
     remove_folder(scratch)
     scratch.mkdir(parents=True)
     try:
         yield scratch
     finally:
         remove_folder(scratch)
+        if is_new and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 def move_files(source: Path, target: Path) -> list[Path]:

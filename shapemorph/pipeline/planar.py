@@ -118,7 +118,7 @@ def correlate_images(
     drawn_on = left if config.report.figures else None
     with scratch_folder(folder) as scratch:
         clock.run("write", lambda: _write_correlation(scratch, grid, drawn_on))
-        sections = _summarise(grid, matches, config, clock)
+        sections = _summarise(left, grid, matches, config, clock)
         write_json(scratch / "summary.json", sections)
         return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
 
@@ -204,12 +204,16 @@ def _write_correlation(folder: Path, grid: CorrelationGrid, drawn_on: GreyImage 
 
 
 def _summarise(
-    grid: CorrelationGrid, matches: Matches, config: RunConfig, clock: _Clock
+    reference: GreyImage,
+    grid: CorrelationGrid,
+    matches: Matches,
+    config: RunConfig,
+    clock: _Clock,
 ) -> dict[str, Any]:
     sections = {
         "points": point_figures(grid.status),
         "match": matching_figures(matches),
-        "correlate": correlation_figures(grid, config.correlate, None),
+        "correlate": correlation_figures(grid, config.correlate, reference),
         **run_figures(clock.seconds),
     }
     return {"verdict": judge(sections), **sections}

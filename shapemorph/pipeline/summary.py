@@ -15,6 +15,7 @@ from shapemorph.config import CorrelateConfig, RunConfig
 from shapemorph.core.arrays import Codes, Floats
 from shapemorph.core.flattened import FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.image import GreyImage
 from shapemorph.core.inputreports import InputReports
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
@@ -44,7 +45,7 @@ def summarise(
         },
         "match": matching_figures(results.matches),
         "correlate": correlation_figures(
-            results.grid, config.correlate, results.pair.reference.speckle_px
+            results.grid, config.correlate, results.pair.reference.calibrated.image
         ),
         "lift": {"mesh_noise_mm": results.tracked.mesh_noise.tolist()},
         "align": _alignment(results),
@@ -107,19 +108,18 @@ def matching_figures(matches: Matches) -> dict[str, Any]:
 
 
 def correlation_figures(
-    grid: CorrelationGrid, config: CorrelateConfig, speckle_px: float | None
+    grid: CorrelationGrid, config: CorrelateConfig, reference: GreyImage
 ) -> dict[str, Any]:
     """Describe the correlation: how it was set, how fast it was, how well it fits."""
+    from shapemorph.methods.subset_choice import choose_subset
+
+    choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
     ok = grid.status == PointStatus.OK
-    if config.subset_size is not None:
-        reason = "as configured"
-    elif speckle_px is None:
-        reason = "from the speckle"
-    else:
-        reason = f"from the speckle of {speckle_px:.1f} px"
     return {
         "subset_size_px": grid.subset_size,
-        "subset_reason": reason,
+        "subset_reason": choice.reason,
+        "speckle_px": choice.speckle_px,
+        "grey_noise": choice.grey_noise,
         "spacing_px": grid.spacing,
         "spacing_reason": "from the subset" if config.spacing is None else "as configured",
         "order": config.order,

@@ -108,6 +108,21 @@ def test_a_changed_strain_window_reruns_strain_only(measured, tmp_path, capsys):
     assert (folder / "flatten" / "reference.vti").stat().st_mtime_ns == before
 
 
+def test_the_report_is_remade_from_what_is_stored(measured, tmp_path, capsys):
+    folder = tmp_path / "run"
+    shutil.copytree(measured, folder)
+    (folder / "report.html").unlink()
+    stamp = (folder / "measurement.vtp").stat().st_mtime_ns
+    code, _ = _run("report", folder, "--quiet", capsys=capsys)
+    assert code == 0
+    assert (folder / "report.html").stat().st_size > 5_000
+    assert (folder / "measurement.vtp").stat().st_mtime_ns == stamp
+    (folder / "strain" / "result.npz").unlink()
+    code, said = _run("report", folder, capsys=capsys)
+    assert code == 2
+    assert "not up to date (strain)" in said.err
+
+
 def test_two_runs_give_the_same_bits(measured, pair, tmp_path):
     folder = tmp_path / "again"
     words = ["measure", pair / "reference.obj", pair / "deformed.obj", "-o", folder, "--quiet"]

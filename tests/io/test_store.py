@@ -14,7 +14,14 @@ import pytest
 
 from shapemorph.core.errors import ConfigError, DataError
 from shapemorph.core.image import GreyImage
-from shapemorph.io.safe_files import check_writable, whole_file, whole_folder, write_json
+from shapemorph.io.safe_files import (
+    check_writable,
+    move_files,
+    scratch_folder,
+    whole_file,
+    whole_folder,
+    write_json,
+)
 from shapemorph.io.store import RunStore
 
 
@@ -143,6 +150,18 @@ def test_whole_folder_is_never_a_mixture(tmp_path):
         (partial / "new").touch()
         assert [path.name for path in target.iterdir()] == ["old"]
     assert [path.name for path in target.iterdir()] == ["new"]
+
+
+def test_a_scratch_folder_takes_an_unused_home_along(tmp_path):
+    with scratch_folder(tmp_path / "new" / "home") as scratch:
+        (scratch / "file").touch()
+    assert not (tmp_path / "new" / "home").exists()
+    with scratch_folder(tmp_path / "home") as scratch:
+        (scratch / "deep").mkdir()
+        (scratch / "deep" / "file").touch()
+        moved = move_files(scratch, tmp_path / "home")
+    assert moved == [tmp_path / "home" / "deep" / "file"]
+    assert [path.name for path in (tmp_path / "home").iterdir()] == ["deep"]
 
 
 def test_json_has_null_where_there_is_no_number(tmp_path):
