@@ -57,12 +57,14 @@ def test_texels_are_about_equally_dense():
     assert np.percentile(density, 5) > 0.6 * np.percentile(density, 95)
 
 
-def test_texture_coordinates_say_nothing_about_the_material():
-    """Between islands the map is broken: no affine map explains it."""
+def test_islands_are_turned_every_way_and_break_the_material():
     mesh, uv = _atlas("rigid")
-    material = np.concatenate(
-        [mesh.material[mesh.faces].reshape(-1, 2), np.ones((3 * len(uv), 1))], 1
-    )
+    material = mesh.material[mesh.faces]
+    sides = [corners[:, 1] - corners[:, 0] for corners in (uv, material)]
+    turn = [side[:, 0] + 1j * side[:, 1] for side in sides]
+    turn = turn[0] / turn[1]
+    assert abs(np.mean(turn / np.abs(turn))) < 0.7  # 1 if all were turned alike
+    known = np.concatenate([material.reshape(-1, 2), np.ones((3 * len(uv), 1))], axis=1)
     flat = uv.reshape(-1, 2)
-    _, residual, _, _ = np.linalg.lstsq(material, flat, rcond=None)
-    assert (residual / len(flat) > 0.5 * flat.var(axis=0)).all()
+    _, residual, _, _ = np.linalg.lstsq(known, flat, rcond=None)
+    assert (residual / len(flat) > 0.1 * flat.var(axis=0)).all()  # 0 for material coordinates
