@@ -1,5 +1,6 @@
 """Writing and reading `truth.npz`, and the folder of a synthetic pair."""
 
+import io
 import tempfile
 import zipfile
 from pathlib import Path
@@ -52,7 +53,7 @@ def write_truth(path: Path, truth: Truth) -> Path:
     of the files), `E1`, `E2` (Green-Lagrange), `rim_distance`, `kink_distance` (mm), `visible`.
     """
     table = truth.table
-    np.savez_compressed(
+    _write_arrays(
         path,
         shape=np.array(truth.shape),
         size=np.array(truth.size),
@@ -73,6 +74,20 @@ def write_truth(path: Path, truth: Truth) -> Path:
         visible=table.visible,
     )
     return path
+
+
+def _write_arrays(path: Path, **arrays: np.ndarray) -> None:
+    """Write a compressed npz whose bytes do not depend on the version of Python.
+
+    `numpy.savez` leaves the entries' headers to `zipfile`, which has changed them.
+    """
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, array in arrays.items():
+            content = io.BytesIO()
+            np.lib.format.write_array(content, np.asarray(array, order="C"), allow_pickle=False)
+            entry = zipfile.ZipInfo(f"{name}.npy")
+            entry.compress_type, entry.create_system = zipfile.ZIP_DEFLATED, 3
+            archive.writestr(entry, content.getvalue())
 
 
 def read_truth(path: Path) -> Truth:
