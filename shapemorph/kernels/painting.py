@@ -136,7 +136,7 @@ def _material(nodes: Floats, second: float, third: float) -> tuple[float, float]
 
 
 @njit(cache=True, parallel=True)
-def paint(  # noqa: PLR0917
+def paint(
     face: Ints,
     corners: Floats,
     nodes: Floats,
