@@ -16,7 +16,7 @@ from shapemorph.kernels.locate import find, weights
 POLE = -0.26794919243112270  # sqrt(3) - 2, of the cubic B-spline
 REACH = 14  # POLE^14 is below the precision of float32
 LANES = 16
-SAMPLES = 4.0  # per axis of a pixel, about; beyond it a reduced level is read
+SAMPLES = 4.0  # texels along a pixel, at most; beyond it a reduced level is read
 MOST_SAMPLES = 8
 SHARP = 0.01  # variance, texels^2 / 12, that is not worth a second sample
 SURELY_INSIDE = 1e-9  # weight of a corner that round-off cannot turn negative
@@ -143,7 +143,7 @@ def _interpolate(
 def _choose_level(along_x: float, along_y: float, base: int, levels: int) -> int:
     """Level at which a pixel of this many texels needs few samples."""
     excess = max(np.sqrt(along_x * along_y) / SAMPLES, max(along_x, along_y) / MOST_SAMPLES)
-    level = int(np.ceil(np.log2(excess))) if excess > 1.0 else 0
+    level = int(np.ceil(np.log2(excess) - 1e-3)) if excess > 1.0 else 0
     return min(max(level, base), base + levels - 1)
 
 
