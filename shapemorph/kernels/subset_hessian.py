@@ -28,7 +28,7 @@ def mean_grey(reference, weights, row, col, count):  # type: ignore[no-untyped-d
 
 @njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
 def _slope_products(reference, weights, lane_x, line, near, start, lanes, second):  # type: ignore[no-untyped-def]
-    """Sums over a row of the products of slopes times powers of x."""
+    """Sum the products of slopes times powers of x over a row."""
     a0 = a1 = a2 = a3 = a4 = _ZERO
     b0 = b1 = b2 = b3 = b4 = _ZERO
     c0 = c1 = c2 = c3 = c4 = _ZERO
@@ -50,7 +50,7 @@ def _slope_products(reference, weights, lane_x, line, near, start, lanes, second
 
 @njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
 def _slope_sums(reference, weights, lane_x, line, near, start, lanes, mean, second):  # type: ignore[no-untyped-def]
-    """Sums over a row of grey, and of the slopes and grey times slopes times powers of x."""
+    """Sum grey, and slopes and grey times slopes with powers of x, over a row."""
     f0 = f1 = a0 = a1 = a2 = b0 = b1 = b2 = _ZERO
     c0 = c1 = c2 = d0 = d1 = d2 = _ZERO
     for i in range(lanes):

@@ -46,28 +46,34 @@ def _cubic(c, x, y):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _load(  # type: ignore[no-untyped-def]
-    coefficients, inside, other_inside, x, y, warp, radius, weights, found
-) -> float:
-    """Fill weights and deformed grey of a subset; return the number of pixels that count."""
+def _load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  # type: ignore[no-untyped-def]
+    """Mark the pixels of a subset that count in both pictures; return their number."""
     height, length = inside.shape
     total = 0.0
     for j in range(2 * radius + 1):
         for i in range(2 * radius + 1):
-            row, col = y + j - radius, x + i - radius
-            weights[j, i] = found[j, i] = _ZERO
-            if inside[row, col] == _ZERO:
+            weights[j, i] = _ZERO
+            if inside[y + j - radius, x + i - radius] == _ZERO:
                 continue
             at_x, at_y = _place(warp, float(i - radius), float(j - radius))
             at_x, at_y = x + at_x, y + at_y
             if not (2.0 <= at_x < length - 3.0 and 2.0 <= at_y < height - 3.0):
                 continue
-            if other_inside[int(np.floor(at_y + 0.5)), int(np.floor(at_x + 0.5))] == _ZERO:
-                continue
-            weights[j, i] = _ONE
-            found[j, i] = np.float32(_cubic(coefficients, at_x, at_y))
-            total += 1.0
+            if other_inside[int(np.floor(at_y + 0.5)), int(np.floor(at_x + 0.5))] != _ZERO:
+                weights[j, i] = _ONE
+                total += 1.0
     return total
+
+
+@njit(cache=True, error_model="numpy")
+def _load_grey(coefficients, x, y, warp, radius, weights, found) -> None:  # type: ignore[no-untyped-def]
+    """Sample the deformed picture at the pixels that count."""
+    for j in range(2 * radius + 1):
+        for i in range(2 * radius + 1):
+            found[j, i] = _ZERO
+            if weights[j, i] != _ZERO:
+                at_x, at_y = _place(warp, float(i - radius), float(j - radius))
+                found[j, i] = np.float32(_cubic(coefficients, x + at_x, y + at_y))
 
 
 @njit(cache=True, error_model="numpy")
@@ -103,16 +109,21 @@ def _take_residual(reference, x, y, radius, weights, found, system) -> None:  # 
 
 
 @njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _lag_product(a, b, down, right, width) -> float:  # type: ignore[no-untyped-def]
-    """Sum of a[i] b[i + lag] over a subset; `down` >= 0."""
+def _lag_product(a, b, offset, length) -> float:  # type: ignore[no-untyped-def]
+    """Sum of a[i] b[i + offset] over flat arrays whose rows end in zeros."""
     total = _ZERO
-    first, last = max(0, -right), min(width, width - right)
-    start, shift = np.uint64(first), np.uint64(first + right)
-    for j in range(width - down):
-        line, other = np.uint64(j), np.uint64(j + down)
-        for i in range(np.uint64(last - first)):
-            total += a[line, start + i] * b[other, shift + i]
+    shift = np.uint64(offset)
+    for i in range(np.uint64(length)):
+        total += a[i] * b[shift + i]
     return float(total)
+
+
+@njit(cache=True, error_model="numpy")
+def _largest(lags) -> int:  # type: ignore[no-untyped-def]
+    largest = 0
+    for n in range(lags.shape[0]):
+        largest = max(largest, abs(lags[n, 0]), abs(lags[n, 1]))
+    return largest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -142,16 +153,22 @@ def residual_products(
         Filled with the sums, and with the number of pairs of pixels in them.
     """
     width = 2 * radius + 1
-    weights = np.zeros((width, width), dtype=np.float32)
-    found = np.zeros((width, width), dtype=np.float32)
+    room = _largest(lags)
+    pitch = width + room
+    length = width * pitch
+    weights = np.zeros((pitch + 1, pitch), dtype=np.float32)
+    found = np.zeros((pitch + 1, pitch), dtype=np.float32)
+    flat_weights, flat_found = weights.reshape(-1), found.reshape(-1)
     system = np.zeros((10, 4))
     for k in range(points.shape[0]):
         x, y = points[k, 0], points[k, 1]
-        _load(coefficients, inside, other_inside, x, y, warps[k], radius, weights, found)
+        _load_weights(inside, other_inside, x, y, warps[k], radius, weights)
+        _load_grey(coefficients, x, y, warps[k], radius, weights, found)
         _take_residual(reference, x, y, radius, weights, found, system)
         for n in range(lags.shape[0]):
-            products[k, n] = _lag_product(found, found, lags[n, 0], lags[n, 1], width)
-            pairs[k, n] = _lag_product(weights, weights, lags[n, 0], lags[n, 1], width)
+            offset = lags[n, 0] * pitch + lags[n, 1]
+            products[k, n] = _lag_product(flat_found, flat_found, offset, length)
+            pairs[k, n] = _lag_product(flat_weights, flat_weights, offset, length)
 
 
 @njit(cache=True, error_model="numpy")
@@ -166,20 +183,28 @@ def _fill_influence(  # type: ignore[no-untyped-def]
             sum_total += rows[axis, a] * total[at]
             sum_along += rows[axis, a] * along[at]
         for j in range(2 * radius + 1):
-            b = float(j - radius)
+            local_y = float(j - radius)
             for i in range(2 * radius + 1):
                 influence[axis, j, i] = _ZERO
                 if weights[j, i] == _ZERO:
                     continue
-                a = float(i - radius)
+                local_x = float(i - radius)
                 row, col = y + j - radius, x + i - radius
                 px, py = rows[axis, 0], rows[axis, terms]
                 if terms >= 3:
-                    px += rows[axis, 1] * a + rows[axis, 2] * b
-                    py += rows[axis, terms + 1] * a + rows[axis, terms + 2] * b
+                    px += rows[axis, 1] * local_x + rows[axis, 2] * local_y
+                    py += rows[axis, terms + 1] * local_x + rows[axis, terms + 2] * local_y
                 if terms == 6:
-                    px += rows[axis, 3] * a * a + rows[axis, 4] * a * b + rows[axis, 5] * b * b
-                    py += rows[axis, 9] * a * a + rows[axis, 10] * a * b + rows[axis, 11] * b * b
+                    px += (
+                        rows[axis, 3] * local_x * local_x
+                        + rows[axis, 4] * local_x * local_y
+                        + rows[axis, 5] * local_y * local_y
+                    )
+                    py += (
+                        rows[axis, 9] * local_x * local_x
+                        + rows[axis, 10] * local_x * local_y
+                        + rows[axis, 11] * local_y * local_y
+                    )
                 value = px * reference[1, row, col] + py * reference[2, row, col]
                 value -= sum_total / count
                 value -= sum_along / energy * (reference[0, row, col] - mean)
@@ -189,7 +214,6 @@ def _fill_influence(  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, error_model="numpy")
 def solution_covariance(
     reference: Greys,
-    coefficients: Greys,
     inside: Greys,
     other_inside: Greys,
     points: Ints,
@@ -199,29 +223,35 @@ def solution_covariance(
     second: int | None,
     lags: Ints,
     covariance: Floats,
+    least_share: float,
     result: Floats,
 ) -> None:
     """Covariance of the matched position from the autocovariance of the grey noise.
 
     Parameters
     ----------
-    reference, coefficients, inside, other_inside, points, warps, radius, lags
-        As in :func:`residual_products`.
+    reference, inside, other_inside, points, warps, radius, lags
+        As in :func:`residual_products`; the first lag is zero.
     order, second
         As in :func:`~shapemorph.kernels.icgn.match_subsets`.
     covariance : (N, K)
         Of the noise in the residual, at each lag; a lag stands for its opposite too.
+    least_share : float
+        A variance is at least this share of what white noise of the same strength causes.
     result : (N, 3)
         Filled with the variance of x, of y and their covariance, px^2; NaN
         where there is no pattern.
     """
     width = 2 * radius + 1
     terms = (order + 1) * (order + 2) // 2
-    weights = np.zeros((width, width), dtype=np.float32)
-    found = np.zeros((width, width), dtype=np.float32)
-    influence = np.zeros((2, width, width), dtype=np.float32)
-    lane_x = np.empty(width, dtype=np.float32)
-    for i in range(width):
+    room = _largest(lags)
+    pitch = width + room
+    length = width * pitch
+    weights = np.zeros((width, pitch), dtype=np.float32)
+    influence = np.zeros((2, pitch + 1, pitch), dtype=np.float32)
+    in_x, in_y = influence[0].reshape(-1), influence[1].reshape(-1)
+    lane_x = np.empty(pitch, dtype=np.float32)
+    for i in range(pitch):
         lane_x[i] = np.float32(i - radius)
     system = np.zeros((32, 15))
     hessian, lower, products = system[0:12], system[12:24], system[24:27]
@@ -229,7 +259,7 @@ def solution_covariance(
     for k in range(points.shape[0]):
         result[k] = np.nan
         x, y = points[k, 0], points[k, 1]
-        count = _load(coefficients, inside, other_inside, x, y, warps[k], radius, weights, found)
+        count = _load_weights(inside, other_inside, x, y, warps[k], radius, weights)
         if count < 4:
             continue
         mean = mean_grey(reference, weights, y - radius, x - radius, count)
@@ -254,13 +284,16 @@ def solution_covariance(
             reference, x, y, radius, terms, weights, float(mean) + offset, count, energy,
             total, along, rows, influence,
         )  # fmt: skip
-        for pick in range(3):
-            one, other = influence[0 if pick != 1 else 1], influence[0 if pick == 0 else 1]
-            variance = 0.0
-            for n in range(lags.shape[0]):
-                down, right = lags[n, 0], lags[n, 1]
-                shared = _lag_product(one, other, down, right, width)
-                if down != 0 or right != 0:
-                    shared += _lag_product(other, one, down, right, width)
-                variance += covariance[k, n] * shared
-            result[k, pick] = variance
+        xx = covariance[k, 0] * _lag_product(in_x, in_x, 0, length)
+        yy = covariance[k, 0] * _lag_product(in_y, in_y, 0, length)
+        xy = covariance[k, 0] * _lag_product(in_x, in_y, 0, length)
+        least_xx, least_yy = least_share * xx, least_share * yy
+        for n in range(1, lags.shape[0]):
+            at = lags[n, 0] * pitch + lags[n, 1]
+            xx += 2.0 * covariance[k, n] * _lag_product(in_x, in_x, at, length)
+            yy += 2.0 * covariance[k, n] * _lag_product(in_y, in_y, at, length)
+            shared = _lag_product(in_x, in_y, at, length) + _lag_product(in_y, in_x, at, length)
+            xy += covariance[k, n] * shared
+        result[k, 0], result[k, 1] = max(xx, least_xx), max(yy, least_yy)
+        limit = np.sqrt(result[k, 0] * result[k, 1])
+        result[k, 2] = min(max(xy, -limit), limit)

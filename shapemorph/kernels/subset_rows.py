@@ -104,7 +104,8 @@ def _run_of_four(  # type: ignore[no-untyped-def]
         value = (value - mean) * weights[near, i]
         s0, s1, s2, s3, s4, s5, s6, s7, s8 = _add(
             s0, s1, s2, s3, s4, s5, s6, s7, s8,
-            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at], second,
+            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at],
+            second,
         )  # fmt: skip
     return s0, s1, s2, s3, s4, s5, s6, s7, s8
 
@@ -139,7 +140,8 @@ def _run_of_five(  # type: ignore[no-untyped-def]
         value = (value - mean) * weights[near, i]
         s0, s1, s2, s3, s4, s5, s6, s7, s8 = _add(
             s0, s1, s2, s3, s4, s5, s6, s7, s8,
-            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at], second,
+            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at],
+            second,
         )  # fmt: skip
     return s0, s1, s2, s3, s4, s5, s6, s7, s8
 
@@ -147,7 +149,7 @@ def _run_of_five(  # type: ignore[no-untyped-def]
 @njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
 def _gathered(  # type: ignore[no-untyped-def]
     c, row, col, px, py, second,
-    reference, weights, lane_x, steps, line, near, origin, first, last, mean,
+    reference, weights, lane_x, line, near, origin, first, last, mean,
 ):  # fmt: skip
     """Moments of pixels that each have a support of their own."""
     s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = s8 = _ZERO
@@ -189,7 +191,8 @@ def _gathered(  # type: ignore[no-untyped-def]
         value = (value - mean) * weights[near, i]
         s0, s1, s2, s3, s4, s5, s6, s7, s8 = _add(
             s0, s1, s2, s3, s4, s5, s6, s7, s8,
-            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at], second,
+            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at],
+            second,
         )  # fmt: skip
     return s0, s1, s2, s3, s4, s5, s6, s7, s8
 
@@ -240,7 +243,7 @@ def _row_in_pieces(  # type: ignore[no-untyped-def]
         else:
             s0, s1, s2, s3, s4, s5, s6, s7, s8 = _gathered(
                 c, row, col, px, py, second,
-                reference, weights, lane_x, steps, line, near, origin, first, last, mean,
+                reference, weights, lane_x, line, near, origin, first, last, mean,
             )  # fmt: skip
         t0, t1, t2, t3, t4 = t0 + s0, t1 + s1, t2 + s2, t3 + s3, t4 + s4
         t5, t6, t7, t8 = t5 + s5, t6 + s6, t7 + s7, t8 + s8

@@ -7,11 +7,12 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 from shapemorph.kernels.subset_noise import residual_products, solution_covariance
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
+from shapemorph.methods.subset_dic import SubsetSettings
 from shapemorph.methods.threads import run_blocks
 
 BLOCK = 256  # points that a thread takes at once
 MAX_LAG = 3  # px; resampling correlates noise no farther unless it magnifies
-AVERAGED = 5  # points across the window in which the autocovariance is averaged
+AVERAGED = 2.0  # points; standard deviation of the weights that average the autocovariance
 SAMPLED = 64  # subsets from which the effect of fitting is learnt
 LEAST_SHARE = 0.1  # of the variance that white noise of the same strength would cause
 
@@ -23,8 +24,7 @@ def displacement_covariance(
     warps: Floats,
     usable: Bools,
     *,
-    radius: int,
-    order: int,
+    settings: SubsetSettings,
 ) -> Floats:
     """Covariance of matched positions, random part only.
 
@@ -42,8 +42,8 @@ def displacement_covariance(
         Subset warps.
     usable : (R, C) bool
         Points that were matched.
-    radius, order : int
-        Of the subset, px; of the shape function.
+    settings : SubsetSettings
+        With which they were matched.
 
     Returns
     -------
@@ -51,26 +51,23 @@ def displacement_covariance(
         px^2; NaN where not usable.
     """
     lags = short_lags(MAX_LAG)
-    where = np.nonzero(usable)
-    subsets = _Subsets(
-        reference,
-        deformed,
-        np.ascontiguousarray(points[where] + reference.pad),
-        np.ascontiguousarray(warps[where]),
-        radius,
-        order,
-    )
+    seen = usable & _every_other(usable.shape)
+    if not seen.any():
+        seen = usable
+    some = _Subsets.at(reference, deformed, points, warps, seen, settings)
     overlap = fitted_overlap(
-        reference, subsets.points, radius=radius, order=order, reach=2 * MAX_LAG
+        reference,
+        some.points,
+        radius=settings.radius,
+        order=settings.order,
+        reach=2 * MAX_LAG,
     )
-    noise = _restore(_average(*subsets.residual_products(lags), usable), lags, overlap)
-    found = subsets.covariance(lags, noise)
-    white = subsets.covariance(lags[:1], noise[:, :1])
-    found[:, :2] = np.maximum(found[:, :2], LEAST_SHARE * white[:, :2])
-    limit = np.sqrt(found[:, 0] * found[:, 1])
-    found[:, 2] = np.clip(found[:, 2], -limit, limit)
+    noise = _restore(_average(*some.residual_products(lags), seen, usable), lags, overlap)
+    found = _Subsets.at(reference, deformed, points, warps, usable, settings).covariance(
+        lags, noise
+    )
     result = np.full((*usable.shape, 2, 2), np.nan)
-    result[where] = found[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
+    result[usable] = found[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
     return result
 
 
@@ -85,13 +82,44 @@ class _Subsets:
     radius: int
     order: int
 
+    @classmethod
+    def at(
+        cls,
+        reference: ReferencePicture,
+        deformed: DeformedPicture,
+        points: Ints,
+        warps: Floats,
+        chosen: Bools,
+        settings: SubsetSettings,
+    ) -> "_Subsets":
+        """Take the chosen points of a grid."""
+        return cls(
+            reference,
+            deformed,
+            np.ascontiguousarray(points[chosen] + reference.pad),
+            np.ascontiguousarray(warps[chosen]),
+            settings.radius,
+            settings.order,
+        )
+
     def residual_products(self, lags: Ints) -> tuple[Floats, Floats]:
         """(N, K) sums of products of the residual at each lag, and number of pairs."""
         products, pairs = np.empty((2, len(self.points), len(lags)))
 
         def work(first: int, last: int) -> None:
             some = slice(first, last)
-            residual_products(*self._block(some), self.radius, lags, products[some], pairs[some])
+            residual_products(
+                self.reference.planes,
+                self.deformed.coefficients,
+                self.reference.inside,
+                self.deformed.inside,
+                self.points[some],
+                self.warps[some],
+                self.radius,
+                lags,
+                products[some],
+                pairs[some],
+            )
 
         run_blocks(work, len(self.points), block=BLOCK)
         return products, pairs
@@ -99,26 +127,27 @@ class _Subsets:
     def covariance(self, lags: Ints, noise: Floats) -> Floats:
         """(N, 3) variance of x, of y, covariance, from the autocovariance of the noise."""
         result = np.empty((len(self.points), 3))
-        second = 1 if self.order == 2 else None
         noise = np.ascontiguousarray(noise)
 
         def work(first: int, last: int) -> None:
             some = slice(first, last)
-            shape = (self.radius, self.order, second)
-            solution_covariance(*self._block(some), *shape, lags, noise[some], result[some])
+            solution_covariance(
+                self.reference.planes,
+                self.reference.inside,
+                self.deformed.inside,
+                self.points[some],
+                self.warps[some],
+                self.radius,
+                self.order,
+                1 if self.order == 2 else None,
+                lags,
+                noise[some],
+                LEAST_SHARE,
+                result[some],
+            )
 
         run_blocks(work, len(self.points), block=BLOCK)
         return result
-
-    def _block(self, some: slice) -> tuple[Greys, Greys, Greys, Greys, Ints, Floats]:
-        return (
-            self.reference.planes,
-            self.deformed.coefficients,
-            self.reference.inside,
-            self.deformed.inside,
-            self.points[some],
-            self.warps[some],
-        )
 
 
 def short_lags(largest: int) -> Ints:
@@ -128,16 +157,25 @@ def short_lags(largest: int) -> Ints:
     return np.array(lags, dtype=np.int64)
 
 
-def _average(products: Floats, pairs: Floats, usable: Bools) -> Floats:
-    """(N, K) autocovariance of residuals, averaged over the window around each usable point."""
-    from scipy.ndimage import uniform_filter
+def _every_other(shape: tuple[int, ...]) -> Bools:
+    """Mark every second point of every second row: subsets overlap, one sees for four."""
+    chosen = np.zeros(shape, dtype=bool)
+    chosen[::2, ::2] = True
+    return chosen
 
-    noise = np.empty_like(products)
+
+def _average(products: Floats, pairs: Floats, seen: Bools, usable: Bools) -> Floats:
+    """(N, K) autocovariance of the residuals seen around each usable point."""
+    from scipy.ndimage import gaussian_filter
+
+    noise = np.empty((np.count_nonzero(usable), products.shape[1]))
+    everywhere = pairs.sum(axis=0)
     for k in range(products.shape[1]):
-        sums = np.zeros((2, *usable.shape))
-        sums[0][usable], sums[1][usable] = products[:, k], pairs[:, k]
-        smooth = [uniform_filter(each, AVERAGED, mode="constant")[usable] for each in sums]
-        noise[:, k] = smooth[0] / np.maximum(smooth[1], 1e-9)
+        sums = np.zeros((2, *seen.shape))
+        sums[0][seen], sums[1][seen] = products[:, k], pairs[:, k]
+        total, number = (gaussian_filter(each, AVERAGED, truncate=3.0)[usable] for each in sums)
+        whole = products[:, k].sum() / max(everywhere[k], 1.0)
+        noise[:, k] = np.where(number > 1e-3, total / np.maximum(number, 1e-3), whole)
     return noise
 
 

@@ -1,6 +1,6 @@
 """Correlation of a whole grid: match, check, and try again from the neighbours."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from shapemorph.core.status import PointStatus
 from shapemorph.methods.correlation_checks import find_outliers, neighbour_guesses
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
 from shapemorph.methods.subset_dic import (
+    PointGrid,
     SubsetMatches,
     SubsetSettings,
     affine_starts,
@@ -54,74 +55,67 @@ class GridMatches:
         return np.asarray(self.status == PointStatus.OK)
 
 
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a match must keep to be believed.
+
+    Attributes
+    ----------
+    min_zncc : float
+        Least zero-mean normalised cross-correlation.
+    outlier_floor : float
+        Deviation from the neighbours that is always allowed, px.
+    """
+
+    min_zncc: float
+    outlier_floor: float
+
+
 def correlate_grid(
     reference: ReferencePicture,
     deformed: DeformedPicture,
-    points: Ints,
-    inside: Bools,
+    grid: PointGrid,
     *,
-    spacing: int,
     settings: SubsetSettings,
-    min_zncc: float,
-    outlier_floor: float,
+    limits: Limits,
 ) -> GridMatches:
     """Match all points of a grid that are inside.
 
     First all start from no motion. Points that are lost, or contradict their neighbours,
     start again from what their neighbours say, as long as that brings some back.
-
-    Parameters
-    ----------
-    reference, deformed : ReferencePicture, DeformedPicture
-    points : (R, C, 2)
-        Grid, px.
-    inside : (R, C) bool
-    spacing : int
-        Of the grid, px.
-    settings : SubsetSettings
-    min_zncc : float
-        Least zero-mean normalised cross-correlation of a match.
-    outlier_floor : float
-        Deviation from the neighbours that is always allowed, px.
     """
-    grid = _empty(points, inside)
-    chosen = np.argwhere(inside)
-    at = points[inside]
+    chosen = np.argwhere(grid.inside)
+    at = grid.points[grid.inside]
     first = match_points(reference, deformed, at, identity_starts(len(at)), settings=settings)
-    grid = _judged(
-        _merged(grid, first, chosen), spacing=spacing, min_zncc=min_zncc, floor=outlier_floor
-    )
+    found = _judged(_merged(_empty(grid), first, chosen), grid.spacing, limits)
     for _ in range(RESCUES):
-        lost = np.argwhere(~grid.ok & ~np.isin(grid.status, HOPELESS))
+        lost = np.argwhere(~found.ok & ~np.isin(found.status, HOPELESS))
         start, slope, known = neighbour_guesses(
-            grid.position, grid.gradient, grid.ok, lost, spacing=spacing
+            found.position, found.gradient, found.ok, lost, spacing=grid.spacing
         )
         lost, start, slope = lost[known], start[known], slope[known]
         if len(lost) == 0:
             break
-        at = points[tuple(lost.T)]
-        again = match_points(
-            reference, deformed, at, affine_starts(at, start, slope), settings=settings
-        )
-        before = int(grid.ok.sum())
-        grid = _judged(
-            _merged(grid, again, lost), spacing=spacing, min_zncc=min_zncc, floor=outlier_floor
-        )
-        if int(grid.ok.sum()) <= before:
+        at = grid.points[tuple(lost.T)]
+        starts = affine_starts(at, start, slope)
+        again = match_points(reference, deformed, at, starts, settings=settings)
+        before = int(found.ok.sum())
+        found = _judged(_merged(found, again, lost), grid.spacing, limits)
+        if int(found.ok.sum()) <= before:
             break
-    return grid
+    return found
 
 
-def _empty(points: Ints, inside: Bools) -> GridMatches:
-    shape = inside.shape
-    status = np.where(inside, PointStatus.NOT_SEEDED, PointStatus.OUTSIDE_MASK).astype(np.uint8)
+def _empty(grid: PointGrid) -> GridMatches:
+    shape = grid.inside.shape
+    status = np.where(grid.inside, PointStatus.NOT_SEEDED, PointStatus.OUTSIDE_MASK)
     return GridMatches(
-        position=points.astype(np.float64),
+        position=grid.points.astype(np.float64),
         gradient=np.broadcast_to(np.eye(2), (*shape, 2, 2)).copy(),
-        warps=identity_starts(inside.size).reshape(*shape, 12),
+        warps=identity_starts(grid.inside.size).reshape(*shape, 12),
         zncc=np.full(shape, np.nan),
         iterations=np.zeros(shape, dtype=np.int64),
-        status=status,
+        status=status.astype(np.uint8),
         seconds=0.0,
     )
 
@@ -140,12 +134,11 @@ def _merged(grid: GridMatches, matches: SubsetMatches, chosen: Ints) -> GridMatc
     return GridMatches(position, gradient, warps, zncc, iterations, status, seconds)
 
 
-def _judged(grid: GridMatches, *, spacing: int, min_zncc: float, floor: float) -> GridMatches:
+def _judged(found: GridMatches, spacing: int, limits: Limits) -> GridMatches:
     """Check what converged against the ZNCC limit and its neighbours."""
-    status = np.where(grid.status == PointStatus.OUTLIER, np.uint8(PointStatus.OK), grid.status)
-    status = judge_zncc(status, grid.zncc, min_zncc=min_zncc)
-    outlier = find_outliers(grid.position, grid.gradient, status, spacing=spacing, floor=floor)
-    status = np.where(outlier, np.uint8(PointStatus.OUTLIER), status)
-    return GridMatches(
-        grid.position, grid.gradient, grid.warps, grid.zncc, grid.iterations, status, grid.seconds
+    again = np.where(found.status == PointStatus.OUTLIER, np.uint8(PointStatus.OK), found.status)
+    status = judge_zncc(again, found.zncc, min_zncc=limits.min_zncc)
+    outlier = find_outliers(
+        found.position, found.gradient, status, spacing=spacing, floor=limits.outlier_floor
     )
+    return replace(found, status=np.where(outlier, np.uint8(PointStatus.OUTLIER), status))

@@ -76,23 +76,34 @@ class SubsetMatches:
     seconds: float
 
 
-def grid_points(mask: Bools, *, spacing: int) -> tuple[Ints, Bools]:
-    """Lay a regular grid over a mask.
+@dataclass(frozen=True, slots=True, eq=False)
+class PointGrid:
+    """A regular grid of points.
 
-    Returns
-    -------
+    Attributes
+    ----------
     points : (R, C, 2) int64
-        Whole multiples of the spacing (x, y), over the bounding box of the mask.
+        Positions (x, y), whole multiples of the spacing, px.
     inside : (R, C) bool
-        Points on the mask.
+        Points that are to be matched.
+    spacing : int
+        px.
     """
+
+    points: Ints
+    inside: Bools
+    spacing: int
+
+
+def grid_points(mask: Bools, *, spacing: int) -> PointGrid:
+    """Lay a regular grid over the bounding box of a mask; points on the mask are inside."""
     rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if len(rows) == 0:
-        return np.zeros((0, 0, 2), dtype=np.int64), np.zeros((0, 0), dtype=bool)
+        nothing = np.zeros((0, 0), dtype=bool)
+        return PointGrid(np.zeros((0, 0, 2), dtype=np.int64), nothing, spacing)
     x = _multiples(int(cols[0]), int(cols[-1]), spacing)
     y = _multiples(int(rows[0]), int(rows[-1]), spacing)
-    points = np.stack(np.meshgrid(x, y), axis=-1)
-    return points, mask[np.ix_(y, x)]
+    return PointGrid(np.stack(np.meshgrid(x, y), axis=-1), mask[np.ix_(y, x)], spacing)
 
 
 def _multiples(low: int, high: int, spacing: int) -> Ints:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from shapemorph.config import CorrelateConfig
-from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.arrays import Bools, Codes, Floats
 from shapemorph.core.errors import StageError
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
@@ -14,10 +14,10 @@ from shapemorph.core.matching import Warp
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.methods.correlation_noise import displacement_covariance
-from shapemorph.methods.grid_correlation import GridMatches, correlate_grid
+from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
 from shapemorph.methods.spline_pictures import prepare_deformed, prepare_reference
-from shapemorph.methods.subset_choice import SubsetChoice, choose_subset
-from shapemorph.methods.subset_dic import SubsetSettings, grid_points
+from shapemorph.methods.subset_choice import choose_subset
+from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, grid_points
 from shapemorph.methods.threads import kernel_threads
 from shapemorph.methods.warp_renewal import renew_warp
 from shapemorph.methods.warping import warp_points
@@ -61,9 +61,10 @@ def correlate(
     choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
     log.info("%s", choice.reason)
     settings = _settings(config, choice.subset_size // 2)
+    limits = Limits(config.min_zncc, OUTLIER_FLOOR)
     measured = reference.mask if region is None else reference.mask & region
-    points, inside = grid_points(measured, spacing=choice.spacing)
-    if not inside.any():
+    grid = grid_points(measured, spacing=choice.spacing)
+    if not grid.inside.any():
         raise StageError(
             f"expected points every {choice.spacing} px inside mask and region, got none: lower "
             "correlate.spacing or enlarge inputs.region"
@@ -73,29 +74,16 @@ def correlate(
         seconds = 0.0
         for renewal in range(config.refinements + 1):
             target = prepare_deformed(morphed.image, pad=settings.pad)
-            found = correlate_grid(
-                source,
-                target,
-                points,
-                inside,
-                spacing=choice.spacing,
-                settings=settings,
-                min_zncc=config.min_zncc,
-                outlier_floor=OUTLIER_FLOOR,
-            )
+            found = correlate_grid(source, target, grid, settings=settings, limits=limits)
             seconds += found.seconds
             if renewal < config.refinements:
-                morphed = _renew(morphed.warp, remorph, points, found, choice)
+                morphed = _renew(morphed.warp, remorph, grid, found, settings)
+        if not found.ok.any():
+            raise StageError(_nothing(found.status))
         covariance = displacement_covariance(
-            source,
-            target,
-            points,
-            found.warps,
-            found.ok,
-            radius=settings.radius,
-            order=settings.order,
+            source, target, grid.points, found.warps, found.ok, settings=settings
         )
-    return _compose(morphed.warp, points, found, covariance, choice, seconds)
+    return _compose(morphed.warp, grid, found, covariance, settings, seconds)
 
 
 def _settings(config: CorrelateConfig, radius: int) -> SubsetSettings:
@@ -112,22 +100,23 @@ def _settings(config: CorrelateConfig, radius: int) -> SubsetSettings:
 def _renew(
     warp: Warp,
     remorph: Callable[[Warp], GreyImage],
-    points: Ints,
+    grid: PointGrid,
     found: GridMatches,
-    choice: SubsetChoice,
+    settings: SubsetSettings,
 ) -> Morphed:
     """Morph again, through the warp that the points have found."""
     deformed, _gradient = _through_warp(warp, found.position)
     usable = found.ok & np.isfinite(deformed).all(axis=-1)
     if not usable.any():
         raise StageError(_nothing(found.status))
+    width = 2 * settings.radius + 1
     renewed = renew_warp(
         warp,
-        points,
+        grid.points,
         deformed,
         usable,
-        spacing=choice.spacing,
-        reach=(SMOOTHING[0] * choice.subset_size, SMOOTHING[1] * choice.subset_size),
+        spacing=grid.spacing,
+        reach=(SMOOTHING[0] * width, SMOOTHING[1] * width),
     )
     return Morphed(remorph(renewed), renewed)
 
@@ -140,10 +129,10 @@ def _through_warp(warp: Warp, position: Floats) -> tuple[Floats, Floats]:
 
 def _compose(
     warp: Warp,
-    points: Ints,
+    grid: PointGrid,
     found: GridMatches,
     covariance: Floats,
-    choice: SubsetChoice,
+    settings: SubsetSettings,
     seconds: float,
 ) -> CorrelationGrid:
     """Carry what was found in the morphed picture on into the deformed one."""
@@ -158,20 +147,20 @@ def _compose(
     for values in (deformed, gradient, variance):
         values[lost] = np.nan
     return CorrelationGrid(
-        reference_px=points.astype(np.float64),
+        reference_px=grid.points.astype(np.float64),
         deformed_px=deformed,
         gradient=gradient,
         zncc=found.zncc,
         iterations=found.iterations,
         sigma_px=np.sqrt(variance),
         status=status,
-        spacing=choice.spacing,
-        subset_size=choice.subset_size,
+        spacing=grid.spacing,
+        subset_size=2 * settings.radius + 1,
         kernel_seconds=seconds,
     )
 
 
-def _nothing(status: "np.ndarray[tuple[int, ...], np.dtype[np.uint8]]") -> str:
+def _nothing(status: Codes) -> str:
     tried = {k: n for k, n in count_statuses(status).items() if k != PointStatus.OUTSIDE_MASK.name}
     counts = ", ".join(f"{number} {name}" for name, number in tried.items())
     return (
