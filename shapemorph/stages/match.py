@@ -46,6 +46,7 @@ LEAST_STEP = 3.0  # where the picture is small for its speckle
 ENOUGH_GRID_POINTS, MOST_GRID_POINTS = 1_500, 8_000
 WINDOW = 15.0
 FIRST_RADIUS, RADIUS = 4.5, 2.2
+SEARCH_STRIDE = 1.3
 LEAST_INSIDE, LEAST_ZNCC = 0.4, 0.6
 LEAST_CONTRAST = 1.0 / 255
 LEAST_FOUND = 0.15  # share of the searched grid points, else the warp is not believed
@@ -209,7 +210,7 @@ def _grid_search(side: _Side, warp: Warp, *, first: bool) -> GridSearch:
     """Sizes of grid, window and search for the speckle of the reference picture."""
     reduction = max(1, round(side.std / WORK_STD))
     work_std = side.std / reduction
-    stride = max(1, round(work_std))
+    stride = max(1, round(SEARCH_STRIDE * work_std))
     area = float(side.pattern.mask.sum())
     finer = max(LEAST_STEP * side.std, np.sqrt(area / ENOUGH_GRID_POINTS))
     step = min(side.std * (FIRST_STEP if first else STEP), finer if not first else np.inf)

@@ -53,3 +53,12 @@ def test_blank_and_empty_pictures_have_no_contrast():
 def test_byte_picture_is_centred_and_clipped():
     levels = byte_picture(np.array([[0.0, 1.0, -9.0, 9.0]], np.float32))
     assert levels.tolist() == [[128, 168, 0, 255]]
+
+
+def test_light_is_evened_up_to_the_rim_of_the_mask():
+    mask = EVERYWHERE.copy()
+    mask[:, 60:] = False
+    lit = GREY + np.where(np.arange(110) < 30, 0.0, 0.5).astype(np.float32)
+    values = even_contrast(GreyImage(lit, mask), window=25).values
+    # the window sees only the bright side here: its own mean is all there is to subtract
+    assert abs(values[:, 54:60].mean()) < 0.1
