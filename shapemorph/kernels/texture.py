@@ -11,7 +11,7 @@ from numba import njit, prange
 
 from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.kernels.bspline import cubic_weights
-from shapemorph.kernels.locate import find, weights
+from shapemorph.kernels.locate import find, holds, weights
 
 POLE = -0.26794919243112270  # sqrt(3) - 2, of the cubic B-spline
 REACH = 14  # POLE^14 is below the precision of float32
@@ -212,7 +212,7 @@ def _mean_grey(
     second_0, third_0 = weights(px, faces, centre, centre_x, centre_y)
     second_s, third_s = _weight_slopes(px, faces, centre, frame[0, 0], frame[1, 0])
     second_t, third_t = _weight_slopes(px, faces, centre, frame[0, 1], frame[1, 1])
-    total, count = 0.0, 0
+    total, count, last = 0.0, 0, -1
     for j in range(down):
         for i in range(across):
             s, t = (i - 0.5 * (across - 1)) * step_x, (j - 0.5 * (down - 1)) * step_y
@@ -222,7 +222,9 @@ def _mean_grey(
             second = second_0 + second_s * s + second_t * t
             third = third_0 + third_s * s + third_t * t
             if min(second, third, 1.0 - second - third) < SURELY_INSIDE and across * down > 1:
-                under = find(px, faces, sign, grid, cols, starts, items, x, y)
+                if last < 0 or not holds(px, faces, sign, last, x, y):
+                    last = find(px, faces, sign, grid, cols, starts, items, x, y)
+                under = last
                 if under < 0:
                     continue
                 second, third = weights(px, faces, under, x, y)
