@@ -12,105 +12,12 @@ from numba import njit, prange
 from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.kernels.bspline import cubic_weights
 from shapemorph.kernels.locate import find, holds, weights
+from shapemorph.kernels.pyramid import index_inside
 
-POLE = -0.26794919243112270  # sqrt(3) - 2, of the cubic B-spline
-REACH = 14  # POLE^14 is below the precision of float32
-LANES = 16
 SAMPLES = 4.0  # texels along a pixel, at most; beyond it a reduced level is read
 MOST_SAMPLES = 8
 SHARP = 0.01  # variance, texels^2 / 12, that is not worth a second sample
 SURELY_INSIDE = 1e-9  # weight of a corner that round-off cannot turn negative
-
-
-@njit(cache=True, inline="always")
-def _inside(index: int, count: int, repeats: int) -> int:
-    """Index within the line: repeated, or mirrored about its ends."""
-    if 0 <= index < count:
-        return index
-    if repeats:
-        return index % count
-    if count == 1:
-        return 0
-    index = abs(index) % (2 * count - 2)
-    return index if index < count else 2 * count - 2 - index
-
-
-@njit(cache=True)
-def _filter_lanes(lines: Greys, repeats: int) -> None:
-    """Turn samples into B-spline coefficients in place, along the first axis."""
-    count, lanes = lines.shape
-    pole = np.float32(POLE)
-    ending = np.float32(POLE / (POLE * POLE - 1.0))
-    for lane in range(lanes):
-        first = np.float32(0.0)
-        for k in range(REACH, -1, -1):
-            first = pole * first + lines[_inside(-k, count, repeats), lane]
-        lines[0, lane] = first
-    for i in range(1, count):
-        for lane in range(lanes):
-            lines[i, lane] += pole * lines[i - 1, lane]
-    for lane in range(lanes):
-        last = np.float32(0.0)
-        if repeats:
-            for k in range(REACH, -1, -1):
-                last = pole * (last - lines[(count - 1 + k) % count, lane])
-        else:
-            last = ending * (lines[count - 1, lane] + pole * lines[count - 2, lane])
-        lines[count - 1, lane] = last
-    for i in range(count - 2, -1, -1):
-        for lane in range(lanes):
-            lines[i, lane] = pole * (lines[i + 1, lane] - lines[i, lane])
-
-
-@njit(cache=True)
-def _filter_block(
-    texels: Greys, start: int, count: int, lanes: int, step: int, lane_step: int, repeats: int
-) -> None:
-    """Filter some lines, copied to where they fit the cache."""
-    lines = np.empty((count, lanes), np.float32)
-    for i in range(count):
-        for lane in range(lanes):
-            lines[i, lane] = np.float32(6.0) * texels[start + i * step + lane * lane_step]
-    _filter_lanes(lines, repeats)
-    for i in range(count):
-        for lane in range(lanes):
-            texels[start + i * step + lane * lane_step] = lines[i, lane]
-
-
-@njit(cache=True, parallel=True)
-def _filter(texels: Greys, height: int, width: int, repeats: int) -> None:
-    if height > 1:
-        for block in prange((width + LANES - 1) // LANES):
-            start = block * LANES
-            lanes = min(LANES, width - start)
-            _filter_block(texels, start, height, lanes, width, 1, repeats)
-    if width > 1:
-        for block in prange((height + LANES - 1) // LANES):
-            start = block * LANES
-            lanes = min(LANES, height - start)
-            _filter_block(texels, start * width, width, lanes, 1, width, repeats)
-
-
-def to_coefficients(picture: Greys, repeats: int) -> None:
-    """Turn a contiguous picture (H, W) into its cubic B-spline coefficients, in place.
-
-    Beyond its border the picture goes on mirrored, or again from the other side where
-    `repeats` is 1.
-    """
-    _filter(picture.ravel(), picture.shape[0], picture.shape[1], repeats)
-
-
-def reduce_by_two(picture: Greys) -> Greys:
-    """Average boxes of 2 x 2 texels; an odd last row or column stands for its pair."""
-    height, width = picture.shape
-    even = picture
-    if height % 2 or width % 2:
-        even = np.pad(picture, ((0, height % 2), (0, width % 2)), mode="edge")
-    total = even[::2, ::2] + even[::2, 1::2]
-    total += even[1::2, ::2]
-    total += even[1::2, 1::2]
-    total *= np.float32(0.25)
-    return total
 
 
 @njit(cache=True)
@@ -131,10 +38,10 @@ def _interpolate(
             total += wy[j] * line
         return total
     for j in range(4):
-        start = offset + _inside(row - 1 + j, height, repeats) * width
+        start = offset + index_inside(row - 1 + j, height, repeats) * width
         line = 0.0
         for i in range(4):
-            line += wx[i] * texels[start + _inside(col - 1 + i, width, repeats)]
+            line += wx[i] * texels[start + index_inside(col - 1 + i, width, repeats)]
         total += wy[j] * line
     return total
 

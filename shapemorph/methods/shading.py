@@ -9,6 +9,7 @@ from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.core.image import Chart
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import texture as kernel
+from shapemorph.kernels.pyramid import reduce_by_two, to_coefficients
 from shapemorph.methods.distortion import weighted_quantile
 from shapemorph.methods.surface_lookup import ChartIndex, index_chart
 
@@ -218,12 +219,12 @@ def stack_pictures(
     for index, picture in enumerate(pictures):
         reduced = np.asarray(picture, dtype=np.float32)
         for _ in range(base):
-            reduced = kernel.reduce_by_two(reduced)
+            reduced = reduce_by_two(reduced)
         for slot in range(index * levels, (index + 1) * levels):
             level = texels[offsets[slot] : offsets[slot + 1]].reshape(shapes[slot])
             level[:] = reduced
-            kernel.to_coefficients(level, repeats[index])
-            reduced = kernel.reduce_by_two(reduced)
+            to_coefficients(level, repeats[index])
+            reduced = reduce_by_two(reduced)
     return texels, np.column_stack([offsets[:-1], shapes]).astype(np.int64)
 
 

@@ -2,13 +2,14 @@ import numpy as np
 import pytest
 from scipy.ndimage import spline_filter
 
-from shapemorph.kernels import texture
-from shapemorph.kernels.texture import reduce_by_two, resample
+from shapemorph.kernels import pyramid
+from shapemorph.kernels.pyramid import reduce_by_two
+from shapemorph.kernels.texture import resample
 
 
 def to_coefficients(picture, repeats):
     coefficients = picture.copy()
-    texture.to_coefficients(coefficients, repeats)
+    pyramid.to_coefficients(coefficients, repeats)
     return coefficients
 
 
