@@ -150,7 +150,7 @@ def _measure_figure(
     scale = colour_scale(values)
     painter.paint(values, scale)
     chosen = views if measure.two_views else views[:1]
-    heading = Heading(measure.title, f"{measure.note} Deformed shape; grey: no value.")
+    heading = Heading(f"{measure.title} on the deformed shape", f"{measure.note} Grey: no value.")
     captions = CAPTIONS[: len(chosen)]
     return views_figure(
         _pictures(scene, chosen), captions, heading, scale=scale, label=measure.label

@@ -89,6 +89,7 @@ def _map_axes(figure: "Figure", box: Box, title: str, shape: tuple[int, int]) ->
     axes = place_axes(figure, *box)
     axes.set_xlim(-0.5, shape[1] - 0.5)
     axes.set_ylim(shape[0] - 0.5, -0.5)
+    axes.locator_params(nbins=5)
     axes.tick_params(labelsize=SMALL * 0.8, colors=FAINT)
     axes.spines[:].set_visible(False)
     return axes

@@ -43,7 +43,7 @@ class Measure:
 
 
 _ALONG = "Deformed − reference after alignment, along {} of the reference file."
-_STRAIN = "{} principal value of E = (FᵀF − I)/2 in the tangent plane of the reference surface."
+_STRAIN = "{} principal value of E = (FᵀF − I)/2 in the tangent plane of the reference."
 
 MEASURES = (
     Measure("displacement_u", "u", "Displacement", "mm", _ALONG.format("x"), two_views=False),

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 PANEL, BETWEEN = 600, 60
 """Largest side of a picture and room between two, px."""
-LINES_ACROSS = 6
-"""Matches are joined by lines in this many rows and columns of the reference picture."""
+DOTS_ACROSS, LINES_ACROSS = 40, 6
+"""Matches are shown, and joined by lines, in this many rows and columns of the reference."""
 DETAIL, DETAIL_SIZE = 280, 420
 """Side of the detail of the morph, px of the picture and px of the figure."""
 
@@ -172,12 +172,11 @@ def _draw_histogram(axes: "Axes", values: Floats, label: str) -> None:
         return
     low, median, high = np.percentile(values, [1, 50, 99])
     axes.axvspan(low, high, color=REFERENCE_COLOUR, alpha=0.08, linewidth=0)
-    axes.hist(
-        values, bins=60, weights=np.full(values.size, 100 / values.size), color=REFERENCE_COLOUR
-    )
+    counts, edges = np.histogram(values, bins=60)
+    axes.stairs(100 * counts / values.size, edges, fill=True, color=REFERENCE_COLOUR)
     axes.axvline(median, color=DEFORMED_COLOUR, linewidth=2)
     axes.locator_params(axis="x", nbins=6)
-    axes.set_yscale("log")  # most of a specimen often hardly moves
+    axes.set_yscale("log", subs=[])  # most of a specimen often hardly moves
     axes.set_ylim(bottom=0.8 * 100 / values.size)
     axes.set_ylabel("% of the points", fontsize=SMALL, color=INK)
     axes.set_title(

@@ -229,6 +229,7 @@ def draw_colour_bar(figure: "Figure", axes: "Axes", scale: ColourScale, label: s
 
     mappable = ScalarMappable(Normalize(scale.low, scale.high), scale.map)
     bar = figure.colorbar(mappable, cax=axes, extend=scale.beyond, extendfrac=0.03)
+    bar.ax.locator_params(nbins=8)
     bar.set_label(label, fontsize=TEXT, color=INK)
     bar.formatter.set_useOffset(False)  # type: ignore[attr-defined]  # a ScalarFormatter
     bar.ax.tick_params(labelsize=SMALL, colors=INK)
