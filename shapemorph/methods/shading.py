@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -178,8 +179,12 @@ def _reductions(chart: Chart, gradients: Floats, wanted: float) -> int:
     return max(int(np.floor(np.log2(max(density, 1e-9) / wanted))) + 1, 0)
 
 
+@lru_cache(maxsize=1)
 def stack_textures(mesh: TexturedMesh, base: int) -> TextureStack:
-    """Reduce all textures of a mesh and turn them into spline coefficients."""
+    """Reduce all textures of a mesh and turn them into spline coefficients.
+
+    The last stack is kept: the deformed mesh is flattened, morphed and morphed again.
+    """
     repeats = [int(_leaves_the_picture(mesh, index)) for index in range(len(mesh.textures))]
     texels, table = stack_pictures(mesh.textures, repeats, base=base, levels=LEVELS)
     return TextureStack(texels, table, base, np.array(repeats, dtype=np.int64))
