@@ -11,15 +11,17 @@ from shapemorph.methods.vertex_normals import vertex_normals
 _MOST_NEIGHBOURS = 60  # of three rings in a regular mesh there are 36
 _WORST_CONDITION = 1e9
 _CUBIC_TERMS = 10
+_SMOOTHEST, _SMOOTHEST_NORMAL = 0.2, -0.8416  # quantile, and that of the unit normal
 
 
 def vertex_noise(vertices: Floats, faces: Ints, *, samples: int) -> float:
     """Estimate the standard deviation of one coordinate of a vertex.
 
     Around a sample of vertices a cubic is fitted to the heights of three rings of
-    neighbours over the tangent plane; what it leaves is noise. A cubic follows any
-    curvature that the mesh can show, and the median over the surface leaves out kinks and
-    relief that cover less than half of it.
+    neighbours over the tangent plane; what it leaves is noise, or relief too fine for a
+    cubic (kinks, coarse meshes). A low quantile over the surface takes the noise from its
+    smoothest fifth; where the noise itself varies over the surface it is that of the
+    quieter parts.
 
     Parameters
     ----------
@@ -41,7 +43,7 @@ def vertex_noise(vertices: Floats, faces: Ints, *, samples: int) -> float:
     chosen = chosen[np.isfinite(normals[chosen]).all(axis=1)]
     rings = _three_rings(faces, len(vertices), chosen)
     variances = _residual_variances(vertices, normals, chosen, rings)
-    return float(np.sqrt(np.median(variances))) if len(variances) else 0.0
+    return float(np.sqrt(np.quantile(variances, _SMOOTHEST))) if len(variances) else 0.0
 
 
 def _three_rings(faces: Ints, count: int, chosen: Ints) -> sparse.csr_array:
@@ -72,7 +74,7 @@ def _residual_variances(
     freedom = inside.sum(axis=1) - _CUBIC_TERMS
     sound = np.isfinite(residual).all(axis=1) & (freedom >= _CUBIC_TERMS // 2)
     variances = (residual[sound] ** 2).sum(axis=1) / freedom[sound]
-    corrected: Floats = variances / _median_of_chi_square(freedom[sound])
+    corrected: Floats = variances / _low_chi_square(freedom[sound])
     return corrected
 
 
@@ -104,7 +106,8 @@ def _cubic(coordinates: Floats, inside: NDArray[np.bool_]) -> Floats:
     return np.stack(terms, axis=2)
 
 
-def _median_of_chi_square(freedom: Ints) -> Floats:
-    """Median of a chi-square variable over its mean (Wilson and Hilferty, 1931)."""
-    median: Floats = (1 - 2 / (9 * freedom)) ** 3
-    return median
+def _low_chi_square(freedom: Ints) -> Floats:
+    """Low quantile of a chi-square variable over its mean (Wilson and Hilferty, 1931)."""
+    spread = 2 / (9 * freedom)
+    quantile: Floats = (1 - spread + _SMOOTHEST_NORMAL * np.sqrt(spread)) ** 3
+    return quantile
