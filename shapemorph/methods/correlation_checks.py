@@ -15,7 +15,8 @@ REACH = 2  # neighbours in a window of 5 x 5 points
 SPREADS = 5.0  # a point may be so many spreads of its neighbours' predictions off
 BLOCK = 1024  # points that a thread takes at once
 ROUNDS = 3
-MIN_ISLAND = 5  # points; fewer that contradict all around them are not believed
+MIN_ISLAND = 5  # points; fewer that no neighbour confirms are not believed
+FEW_POINTS = 20  # on a smaller grid the largest group is believed, however small
 
 
 def neighbour_guesses(
@@ -87,7 +88,8 @@ def find_outliers(
         outlier[tuple(queries[deviation > allowed].T)] = True
         if np.array_equal(outlier, before):
             break
-    islands = _islands(position, gradient, candidate & ~outlier, spacing=spacing, floor=floor)
+    status = np.where(outlier, np.uint8(PointStatus.OUTLIER), status)
+    islands = _islands(position, gradient, status, spacing=spacing, floor=floor)
     return np.asarray(outlier | islands)
 
 
@@ -121,12 +123,13 @@ def _deviations(
 
 
 def _islands(
-    position: Floats, gradient: Floats, usable: Bools, *, spacing: int, floor: float
+    position: Floats, gradient: Floats, status: Codes, *, spacing: int, floor: float
 ) -> Bools:
     """Small groups of points, each joined to neighbours that it agrees with."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
+    usable = status == PointStatus.OK
     number = np.full(usable.shape, -1)
     number[usable] = np.arange(np.count_nonzero(usable))
     pairs = [
@@ -140,7 +143,8 @@ def _islands(
     graph = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(total, total))
     _count, label = connected_components(graph, directed=False)
     size = np.bincount(label)
-    small = (size < MIN_ISLAND) & (size < size.max())
+    tried = np.count_nonzero(status != PointStatus.OUTSIDE_MASK)
+    small = size < (MIN_ISLAND if tried >= FEW_POINTS else min(MIN_ISLAND, size.max()))
     found = np.zeros_like(usable)
     found[usable] = small[label]
     return found

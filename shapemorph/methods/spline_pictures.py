@@ -160,3 +160,14 @@ def _mirror_rim(coefficients: Greys, pad: int) -> None:
     for k in (1, 2):
         coefficients[:, pad - k] = coefficients[:, pad + k]
         coefficients[:, pad + width - 1 + k] = coefficients[:, pad + width - 1 - k]
+
+
+def detail_length(reference: ReferencePicture) -> float:
+    """Contrast over slope of the pattern, px: how far a motion changes the grey by its spread.
+
+    The random error of a match is about this length times sqrt((1 - ZNCC^2) / pixels).
+    """
+    inside = reference.inside > 0
+    grey, along_x, along_y = (plane[inside].astype(np.float64) for plane in reference.planes)
+    slope = 0.5 * ((along_x**2).mean() + (along_y**2).mean())
+    return float(np.sqrt(grey.var() / max(slope, 1e-12)))

@@ -8,7 +8,7 @@ from shapemorph.core.arrays import Floats
 from shapemorph.core.image import GreyImage
 from shapemorph.methods.speckle import speckle_size
 
-SPECKLES = 4.0  # across a subset
+SPECKLES = 3.8  # across a subset
 LEAST_SIZE = 15  # px
 LARGEST_SIZE = 61
 LEAST_SPACING = 2

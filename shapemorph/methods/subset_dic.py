@@ -12,6 +12,8 @@ from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
 from shapemorph.methods.threads import run_blocks
 
 MIN_DEVIATION = 1.0 / 255.0  # a subset with less contrast shows no pattern
+UNUSUAL = 30.0  # times the usual lack of correlation is too much
+BEST_LIMIT = 0.95  # a ZNCC above it is good enough in any picture
 BLOCK = 256  # points that a thread takes at once
 REACH = 4  # px beyond the drift that the spline needs
 
@@ -30,7 +32,7 @@ class SubsetSettings:
         Stop when no corner of the subset moves farther, px.
     max_iterations : int
     min_inside : float
-        Share of the subset's pixels that must count.
+        Share of the subset's pixels that must lie inside both masks.
     max_drift : float
         Farthest a point may move from its start, px.
     """
@@ -41,6 +43,12 @@ class SubsetSettings:
     max_iterations: int
     min_inside: float
     max_drift: float
+
+    @property
+    def min_count(self) -> float:
+        """Fewest pixels that must count; the rim of a mask is inside but does not count."""
+        width = 2 * self.radius + 1
+        return max(self.min_inside * width * width - width, float(width))
 
     @property
     def pad(self) -> int:
@@ -165,7 +173,7 @@ def match_points(
             1 if settings.order == 2 else None,
             settings.tolerance,
             settings.max_iterations,
-            settings.min_inside * (2 * settings.radius + 1) ** 2,
+            settings.min_count,
             MIN_DEVIATION,
             settings.max_drift,
             warps[some],
@@ -184,6 +192,13 @@ def match_points(
 
 
 def judge_zncc(status: Codes, zncc: Floats, *, min_zncc: float) -> Codes:
-    """Lower OK to LOW_ZNCC where the correlation is below a limit."""
-    poor = (status == PointStatus.OK) & ~(zncc >= min_zncc)
+    """Lower OK to LOW_ZNCC where the correlation is below a limit, or far below the usual.
+
+    Where most subsets match almost perfectly, one that matches only well contains
+    something foreign: a print, glare, the edge of a lost patch.
+    """
+    ok = status == PointStatus.OK
+    usual = float(np.median(zncc[ok])) if np.isfinite(zncc[ok]).any() else 1.0
+    relative = min(1.0 - UNUSUAL * (1.0 - usual), BEST_LIMIT)
+    poor = ok & ~(zncc >= max(min_zncc, relative))
     return np.where(poor, np.uint8(PointStatus.LOW_ZNCC), status)

@@ -9,9 +9,10 @@ from shapemorph.methods.warping import warp_points
 MARGIN = 6  # cells around the grid; the spline forgets its border by 0.27 per cell
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 RIDGE = 1e-6  # of the weight: keeps fits at rims and corners solvable
-QUIET = 25.0  # percentile of the points at which the field is taken to be smooth
+QUIET = 25.0  # percentile of the points at which most fields are smooth
 QUIET_RAYLEIGH = 0.7585  # that percentile of the length of two unit normals
-STANDS_OUT = 3.5  # sigma
+MOST_NOISE = 1.5  # difference of the two fits by noise alone, in rough random errors
+STANDS_OUT = 3.5  # times the noise of the difference
 ENOUGH = 0.05  # weight of measured points that a gap is filled from
 
 
@@ -19,7 +20,7 @@ def renew_warp(
     warp: Warp,
     points: Ints,
     deformed: Floats,
-    usable: Bools,
+    noise: Floats,
     *,
     spacing: int,
     reach: tuple[float, float],
@@ -40,8 +41,9 @@ def renew_warp(
         Regular grid in the reference, px.
     deformed : (R, C, 2)
         Where the points went, px.
-    usable : (R, C) bool
-        Points that are to be trusted.
+    noise : (R, C)
+        Rough random error of a component of each point, px; NaN where the point is not to
+        be trusted.
     spacing : int
         Of the grid, px.
     reach : (float, float)
@@ -54,12 +56,15 @@ def renew_warp(
     inner = (slice(MARGIN, -MARGIN), slice(MARGIN, -MARGIN))
     correction = np.zeros_like(before)
     known = np.zeros(before.shape[:2], dtype=bool)
+    usable = np.isfinite(noise)
     correction[inner][usable] = (deformed - before[inner])[usable]
     known[inner] = usable
+    level = np.zeros((*known.shape, 1))
+    level[known, 0] = noise[usable]
     narrow, wide = (
         fill_gaps(*smooth_quadratic(correction, known, reach=each / spacing)) for each in reach
     )
-    target = before + _blend(narrow, wide, known)
+    target = before + _blend(narrow, wide, fill_gaps(level, known)[..., 0], known)
     return Warp(_through(target), np.array([x[0], y[0]]), float(spacing))
 
 
@@ -108,13 +113,13 @@ def smooth_quadratic(values: Floats, known: Bools, *, reach: float) -> tuple[Flo
     return smooth, sound
 
 
-def _blend(narrow: Floats, wide: Floats, known: Bools) -> Floats:
-    """Wide fit, and the narrow one where the difference stands out of its usual noise."""
+def _blend(narrow: Floats, wide: Floats, noise: Floats, known: Bools) -> Floats:
+    """Wide fit, and the narrow one where the difference stands out of the noise."""
     from scipy.ndimage import gaussian_filter
 
-    difference = np.hypot(*np.moveaxis(narrow - wide, -1, 0))
-    noise = np.percentile(difference[known], QUIET) / QUIET_RAYLEIGH if known.any() else 0.0
-    ratio = STANDS_OUT * noise / np.maximum(difference, 1e-12)
+    difference = np.hypot(*np.moveaxis(narrow - wide, -1, 0)) / np.maximum(noise, 1e-9)
+    usual = min(np.percentile(difference[known], QUIET) / QUIET_RAYLEIGH, MOST_NOISE)
+    ratio = STANDS_OUT * usual / np.maximum(difference, 1e-9)
     share = gaussian_filter(1.0 / (1.0 + np.minimum(ratio, 1e3) ** 6), 1.0)
     return wide + share[..., None] * (narrow - wide)
 
@@ -122,7 +127,9 @@ def _blend(narrow: Floats, wide: Floats, known: Bools) -> Floats:
 def continue_warp(warp: Warp, points: Floats) -> Floats:
     """(N, 2) targets of points, linearly continued beyond the warp's own extent."""
     size = np.array(warp.coefficients.shape[1::-1], dtype=np.float64)
-    low, high = warp.origin + warp.spacing, warp.origin + warp.spacing * (size - 2.0)
+    slack = 1e-6 * warp.spacing  # rounding must not carry a point over the border
+    low = warp.origin + warp.spacing + slack
+    high = warp.origin + warp.spacing * (size - 2.0) - slack
     nearest = np.clip(points, low, high)
     targets, gradient = warp_points(warp, nearest)
     return np.asarray(targets + np.einsum("nij,nj->ni", gradient, points - nearest))
@@ -148,7 +155,7 @@ def fill_gaps(values: Floats, known: Bools) -> Floats:
 
 def _lattice(along: Ints, spacing: int) -> Floats:
     before = np.arange(-MARGIN, len(along) + MARGIN)
-    return (along[0] + spacing * before).astype(np.float64)
+    return np.asarray(along[0] + spacing * before, dtype=np.float64)
 
 
 def _through(targets: Floats) -> Floats:

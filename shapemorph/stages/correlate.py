@@ -15,7 +15,7 @@ from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
-from shapemorph.methods.spline_pictures import prepare_deformed, prepare_reference
+from shapemorph.methods.spline_pictures import detail_length, prepare_deformed, prepare_reference
 from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, grid_points
 from shapemorph.methods.threads import kernel_threads
@@ -26,6 +26,7 @@ SMOOTHING = (0.3, 1.0)  # of the subset: over these lengths a renewed warp avera
 log = logging.getLogger(__name__)
 
 OUTLIER_FLOOR = 0.15  # px; a residual may always differ so much from its neighbours
+LEAST_UNLIKE = 1e-6  # 1 - ZNCC^2 of a match without any noise
 
 
 def correlate(
@@ -77,7 +78,8 @@ def correlate(
             found = correlate_grid(source, target, grid, settings=settings, limits=limits)
             seconds += found.seconds
             if renewal < config.refinements:
-                morphed = _renew(morphed.warp, remorph, grid, found, settings)
+                noise = _rough_noise(found, detail_length(source), settings)
+                morphed = _renew(morphed.warp, remorph, grid, found, settings, noise)
         if not found.ok.any():
             raise StageError(_nothing(found.status))
         covariance = displacement_covariance(
@@ -97,24 +99,32 @@ def _settings(config: CorrelateConfig, radius: int) -> SubsetSettings:
     )
 
 
+def _rough_noise(found: GridMatches, detail: float, settings: SubsetSettings) -> Floats:
+    """(R, C) random error to be expected from the ZNCC, px; NaN where not OK."""
+    width = 2 * settings.radius + 1
+    unlike = np.maximum(1.0 - found.zncc**2, LEAST_UNLIKE)
+    return np.where(found.ok, detail * np.sqrt(unlike) / width, np.nan)
+
+
 def _renew(
     warp: Warp,
     remorph: Callable[[Warp], GreyImage],
     grid: PointGrid,
     found: GridMatches,
     settings: SubsetSettings,
+    noise: Floats,
 ) -> Morphed:
     """Morph again, through the warp that the points have found."""
     deformed, _gradient = _through_warp(warp, found.position)
-    usable = found.ok & np.isfinite(deformed).all(axis=-1)
-    if not usable.any():
+    noise = np.where(np.isfinite(deformed).all(axis=-1), noise, np.nan)
+    if not np.isfinite(noise).any():
         raise StageError(_nothing(found.status))
     width = 2 * settings.radius + 1
     renewed = renew_warp(
         warp,
         grid.points,
         deformed,
-        usable,
+        noise,
         spacing=grid.spacing,
         reach=(SMOOTHING[0] * width, SMOOTHING[1] * width),
     )

@@ -1,0 +1,181 @@
+"""Correlation of pictures that are known exactly, through warps that are only nearly right."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from shapemorph.config import CorrelateConfig
+from shapemorph.core.errors import StageError
+from shapemorph.core.image import GreyImage
+from shapemorph.core.matching import Warp
+from shapemorph.core.morphed import Morphed
+from shapemorph.core.status import PointStatus
+from shapemorph.methods.warping import warp_points
+from shapemorph.stages.correlate import correlate
+
+SHAPE = (150, 190)
+CENTRE = np.array([95.0, 75.0])
+
+
+def _bulge(points):
+    """A stretch of 1.6 in the middle that fades outwards, turned by 30 degrees."""
+    local = points - CENTRE
+    distance = (local**2).sum(axis=-1, keepdims=True)
+    stretched = local * (1.0 + 0.6 * np.exp(-distance / 2 / 45.0**2))
+    angle = np.radians(30.0)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return stretched @ turn.T + [160.0, 140.0]
+
+
+def _inverse(points):
+    guess = np.broadcast_to(CENTRE, points.shape).copy()
+    for _ in range(40):
+        off = (points - _bulge(guess))[..., None]
+        guess = guess + np.linalg.solve(_slope(guess, 1e-4), off)[..., 0]
+    return guess
+
+
+def _slope(points, step):
+    right, down = np.array([step, 0.0]), np.array([0.0, step])
+    along_x = (_bulge(points + right) - _bulge(points - right)) / (2 * step)
+    along_y = (_bulge(points + down) - _bulge(points - down)) / (2 * step)
+    return np.stack([along_x, along_y], axis=-1)
+
+
+def _warp_near(error, seed=0):
+    """A warp that is off by a smooth field of `error` px."""
+    rng, spacing = np.random.default_rng(seed), 25.0
+    origin = np.array([-75.0, -75.0])
+    cols, rows = np.meshgrid(np.arange(14.0), np.arange(12.0))
+    knots = origin + spacing * np.stack([cols, rows], axis=-1)
+    return Warp(_bulge(knots) + rng.normal(0, error, knots.shape), origin, spacing)
+
+
+class Scene:
+    """The pattern, seen through any warp without interpolation."""
+
+    def __init__(self, pattern, pixels, noise=0.0, hole=None):
+        rng = np.random.default_rng(7)
+        self.pattern, self.pixels, self.hole = pattern, pixels, hole
+        self.noise = rng.normal(0, noise, (2, *SHAPE))
+        mask = self._covered(pixels)
+        self.reference = GreyImage((pattern(pixels) + self.noise[0]).astype("f4"), mask)
+
+    def _covered(self, material):
+        if self.hole is None:
+            return np.isfinite(material).all(axis=-1)
+        return np.hypot(*np.moveaxis(material - self.hole, -1, 0)) > 20.0
+
+    def remorph(self, warp):
+        targets, _ = warp_points(warp, self.pixels.reshape(-1, 2))
+        material = _inverse(targets).reshape(self.pixels.shape)
+        grey = 0.8 * self.pattern(material) + 0.1 + self.noise[1]
+        return GreyImage(np.nan_to_num(grey).astype("f4"), self._covered(material))
+
+    def correlate(self, warp, region=None, **config):
+        morphed = Morphed(self.remorph(warp), warp)
+        section = CorrelateConfig(**({"subset_size": 21, "spacing": 6} | config))
+        return correlate(self.reference, self.remorph, morphed, section, region)
+
+
+@pytest.fixture
+def scene(wave_pattern, pixel_grid):
+    def make(**options):
+        return Scene(wave_pattern(), pixel_grid(SHAPE), **options)
+
+    return make
+
+
+def _error(grid):
+    ok = grid.status == PointStatus.OK
+    return (grid.deformed_px - _bulge(grid.reference_px))[ok]
+
+
+def test_a_large_deformation_is_found_through_a_warp_that_is_nearly_right(scene):
+    grid = scene().correlate(_warp_near(0.5))
+    tried = grid.status != PointStatus.OUTSIDE_MASK
+    assert (grid.status == PointStatus.OK).sum() > 0.97 * tried.sum()
+    error = _error(grid)
+    assert np.sqrt((error**2).mean()) < 0.015  # curvature that is left after one renewal
+    assert np.abs(error).max() < 0.1
+
+
+def test_the_gradient_is_that_of_the_whole_map(scene):
+    grid = scene().correlate(_warp_near(0.5))
+    row, col = grid.status.shape[0] // 2, grid.status.shape[1] // 2
+    expected = _slope(grid.reference_px[row, col], 1e-3)
+    assert_allclose(grid.gradient[row, col], expected, atol=0.01)
+
+
+def test_a_renewed_morph_takes_away_what_the_shape_function_cannot_follow(scene):
+    once, again = (scene().correlate(_warp_near(1.5), refinements=n) for n in (0, 1))
+    before, after = (np.sqrt((_error(grid) ** 2).mean()) for grid in (once, again))
+    assert after < 0.4 * before
+
+
+def test_sigma_is_carried_into_the_deformed_picture(scene):
+    grid, clean = (scene(noise=n).correlate(_warp_near(0.2)) for n in (2 / 255, 0.0))
+    ok = (grid.status == PointStatus.OK) & (clean.status == PointStatus.OK)
+    error = (grid.deformed_px - clean.deformed_px)[ok]
+    ratio = np.sqrt((error**2).mean()) / np.sqrt((grid.sigma_px[ok] ** 2).mean())
+    assert ratio == pytest.approx(1.0, abs=0.25)  # overlapping subsets: few independent ones
+
+
+def test_the_field_reaches_the_rim_of_a_hole(scene):
+    hole = np.array([70.0, 80.0])
+    grid = scene(hole=hole).correlate(_warp_near(0.3), spacing=4)
+    distance = np.hypot(*np.moveaxis(grid.reference_px - hole, -1, 0))
+    assert (grid.status[distance <= 20] == PointStatus.OUTSIDE_MASK).all()
+    near = (distance > 22.0) & (distance < 27.0)
+    assert (grid.status[near] == PointStatus.OK).mean() > 0.95
+    rim = near & (grid.status == PointStatus.OK)
+    assert np.abs((grid.deformed_px - _bulge(grid.reference_px))[rim]).max() < 0.15
+
+
+def test_the_region_limits_the_points(scene):
+    region = np.zeros(SHAPE, dtype=bool)
+    region[30:90, 40:120] = True
+    grid = scene().correlate(_warp_near(0.3), region)
+    assert grid.reference_px[..., 0].min() >= 40
+    assert grid.reference_px[..., 1].max() < 90
+    assert (grid.reference_px % 6 == 0).all()
+    assert grid.ok_count > 0
+
+
+def test_foreign_material_is_lost_and_the_rest_is_not(scene, wave_pattern):
+    view = scene()
+    own, foreign = view.pattern, wave_pattern(seed=55)
+
+    def patched(material):
+        spot = np.hypot(*np.moveaxis(material - [110.0, 60.0], -1, 0)) < 18.0
+        return np.where(spot, foreign(material), own(material))
+
+    view.pattern = patched
+    view.reference = GreyImage(own(view.pixels).astype("f4"), view.reference.mask)
+    grid = view.correlate(_warp_near(0.3))
+    distance = np.hypot(*np.moveaxis(grid.reference_px - [110.0, 60.0], -1, 0))
+    assert not (grid.status[distance < 10] == PointStatus.OK).any()
+    assert (grid.status[distance > 32] == PointStatus.OK).mean() > 0.97
+    ok = grid.status == PointStatus.OK
+    wrong = np.abs((grid.deformed_px - _bulge(grid.reference_px))[ok]).max(axis=-1) > 0.5
+    assert wrong.sum() == 0
+
+
+def test_threads_change_no_bit(scene):
+    one, two = (scene(noise=0.01).correlate(_warp_near(0.3), threads=n) for n in (1, 2))
+    for name in ("deformed_px", "gradient", "zncc", "iterations", "sigma_px", "status"):
+        assert_array_equal(getattr(one, name), getattr(two, name))
+
+
+def test_pictures_of_two_things_are_an_error_with_counts(scene, wave_pattern):
+    view = scene()
+    view.pattern = wave_pattern(seed=77)
+    with pytest.raises(StageError, match=r"got none of \d+ \(.*LOW_ZNCC"):
+        view.correlate(_warp_near(0.3))
+
+
+def test_a_region_between_the_points_is_an_error(scene):
+    region = np.zeros(SHAPE, dtype=bool)
+    region[31:33, 61:65] = True
+    with pytest.raises(StageError, match="every 6 px"):
+        scene().correlate(_warp_near(0.3), region)
