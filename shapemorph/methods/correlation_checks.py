@@ -147,7 +147,7 @@ def _islands(
     small = size < (MIN_ISLAND if tried >= FEW_POINTS else min(MIN_ISLAND, size.max()))
     found = np.zeros_like(usable)
     found[usable] = small[label]
-    return found
+    return np.asarray(found)
 
 
 def _agreeing(
