@@ -1,8 +1,6 @@
 """``python -m shapemorph``."""
 
-import sys
-
-from shapemorph.cli.main import main
+from shapemorph.cli.main import run_and_leave
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_and_leave()

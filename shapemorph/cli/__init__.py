@@ -1,3 +1,1 @@
 """The command line: a table of commands."""
-
-from shapemorph.cli.main import main

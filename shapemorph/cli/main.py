@@ -5,6 +5,8 @@ import os
 import sys
 import textwrap
 from collections.abc import Sequence
+from contextlib import suppress
+from typing import NoReturn
 
 from cyclopts import CycloptsError
 
@@ -41,6 +43,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:  # noqa: BLE001 - the door: one line instead of a traceback
         complain(_unexpected(error))
         return UNEXPECTED
+
+
+def run_and_leave() -> NoReturn:
+    """Run the command line and end the process at once.
+
+    All results are on disk by then; tearing down VTK and the compiled loops in good order
+    would take another second.
+    """
+    code = main()
+    with suppress(OSError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
 
 
 def _run(words: list[str]) -> int:
