@@ -22,6 +22,7 @@ def check_inputs(config: RunConfig) -> dict[str, Any]:
     """
     inputs = Inputs(config)
     files = inputs.files()
+    inputs.check_landmarks()
     reports = inputs.load("reports")
     landmarks = inputs.load("landmarks")
     for region in ("region", "rigid_region"):

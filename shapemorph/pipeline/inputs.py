@@ -83,6 +83,22 @@ class Inputs:
                 raise DataError(f"{path} does not exist: expected a file")
         return (*meshes, *others)
 
+    def check_landmarks(self) -> None:
+        """Refuse landmarks that can carry no rigid motion before anything is measured.
+
+        Raises
+        ------
+        DataError
+            If they cannot be read, are fewer than three, lie on one line or are mirrored.
+        """
+        landmarks = self.load("landmarks")
+        if landmarks is None:
+            return
+        from shapemorph.methods.rigid import fit_rigid, refuse_mirrored
+
+        fit_rigid(landmarks.deformed, landmarks.reference, np.ones(len(landmarks.names)))
+        refuse_mirrored(landmarks.deformed, landmarks.reference)
+
     def _take_fingerprint(self, name: str) -> str:
         if name in ("reference", "deformed"):
             return fingerprint(self.unit(name), files_fingerprint(mesh_sources(self.path(name))))

@@ -111,6 +111,7 @@ def measure(
     check_writable(folder)
     inputs, store = Inputs(config), RunStore(folder)
     inputs.files()
+    inputs.check_landmarks()
     store.sweep()
     results = Results(inputs, store, STAGES)
     record = OutputRecord(folder)

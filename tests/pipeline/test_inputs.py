@@ -130,3 +130,20 @@ def test_the_content_of_a_mask_counts_not_its_place(pair, tmp_path):
 
     assert mark("a.png", 0.9) == mark("b.png", 0.9)
     assert mark("a.png", 0.9) != mark("c.png", 0.1)
+
+
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        ("a,0,0,0,0,0,0\nb,1,0,0,1,0,0\nc,2,0,0,2,0,0\n", "not on one line"),
+        ("a,0,0,0,0,0,0\nb,1,0,0,-1,0,0\nc,0,1,0,0,1,0\nd,0,0,1,0,0,1\n", "mirrored"),
+        ("a,0,0,0,0,0\n", "landmarks.csv"),
+    ],
+)
+def test_landmarks_that_carry_nothing_are_refused_before_anything_is_measured(
+    pair, tmp_path, rows, says
+):
+    path = tmp_path / "landmarks.csv"
+    path.write_text("name,ref_x,ref_y,ref_z,def_x,def_y,def_z\n" + rows)
+    with pytest.raises(DataError, match=says):
+        _inputs(*pair, landmarks=str(path)).check_landmarks()
