@@ -121,7 +121,7 @@ def _corner_motion(step, radius) -> float:  # type: ignore[no-untyped-def]
     return float(np.sqrt(motion))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(inline="always")
 def _match_one(  # type: ignore[no-untyped-def]
     reference, inside, counts, coefficients, other_inside, other_counts, x, y, warp,
     radius, order, second, tolerance, max_iterations, min_count, min_deviation, max_drift,

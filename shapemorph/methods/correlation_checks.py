@@ -139,7 +139,7 @@ def _islands(
     first, second = np.concatenate(pairs, axis=1)
     total = int(number.max(initial=-1)) + 1
     if total == 0:
-        return np.zeros_like(usable)
+        return np.zeros(usable.shape, dtype=bool)
     graph = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(total, total))
     _count, label = connected_components(graph, directed=False)
     size = np.bincount(label)
