@@ -76,6 +76,14 @@ def test_a_cluster_of_wrong_points_at_the_rim_is_found():
     assert_array_equal(_outliers(position, gradient), wrong)
 
 
+def test_a_row_of_wrong_points_that_agree_with_each_other_is_found():
+    position, gradient = _field(_smooth)
+    wrong = np.zeros((ROWS, COLS), dtype=bool)
+    wrong[8, 6:14] = True
+    position[wrong] += [0.6, -0.5]
+    assert_array_equal(_outliers(position, gradient), wrong)
+
+
 def test_lost_points_neither_speak_nor_are_judged():
     position, gradient = _field(_smooth)
     status = np.zeros((ROWS, COLS), dtype=np.uint8)

@@ -101,10 +101,19 @@ def test_a_large_deformation_is_found_through_a_warp_that_is_nearly_right(scene)
 
 
 def test_the_gradient_is_that_of_the_whole_map(scene):
-    grid = scene().correlate(_warp_near(0.5))
-    row, col = grid.status.shape[0] // 2, grid.status.shape[1] // 2
-    expected = _slope(grid.reference_px[row, col], 1e-3)
-    assert_allclose(grid.gradient[row, col], expected, atol=0.01)
+    # the warp is sheared, so that the motion left to find does not commute with it
+    exact, shear = _warp_near(0.0), np.array([[1.0, 0.06], [-0.02, 0.97]])
+    rows, cols = exact.coefficients.shape[:2]
+    knots = np.stack(np.meshgrid(np.arange(cols), np.arange(rows)), axis=-1) * exact.spacing
+    knots = (knots + exact.origin - CENTRE) @ shear.T + CENTRE
+    sheared = Warp(_bulge(knots), exact.origin, exact.spacing)
+    region = np.zeros(SHAPE, dtype=bool)
+    region[55:95, 75:115] = True
+    grid = scene().correlate(sheared, region, refinements=0)
+    inner = (grid.status == PointStatus.OK) & (np.abs(grid.reference_px - CENTRE) < 12).all(axis=-1)
+    assert inner.sum() > 8
+    expected = _slope(grid.reference_px[inner], 1e-3)
+    assert_allclose(grid.gradient[inner], expected, atol=0.01)
 
 
 def test_a_renewed_morph_takes_away_what_the_shape_function_cannot_follow(scene):
@@ -118,7 +127,7 @@ def test_sigma_is_carried_into_the_deformed_picture(scene):
     ok = (grid.status == PointStatus.OK) & (clean.status == PointStatus.OK)
     error = (grid.deformed_px - clean.deformed_px)[ok]
     ratio = np.sqrt((error**2).mean()) / np.sqrt((grid.sigma_px[ok] ** 2).mean())
-    assert ratio == pytest.approx(1.0, abs=0.25)  # overlapping subsets: few independent ones
+    assert ratio == pytest.approx(1.05, abs=0.15)  # a renewed warp adds a little
 
 
 def test_the_field_reaches_the_rim_of_a_hole(scene):
