@@ -57,8 +57,10 @@ def test_texels_are_about_equally_dense():
     assert np.percentile(density, 5) > 0.6 * np.percentile(density, 95)
 
 
-def test_islands_are_turned_every_way_and_break_the_material():
-    mesh, uv = _atlas("rigid")
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("shape", ["rigid", "bulge"])
+def test_islands_are_turned_every_way_and_break_the_material(shape, seed):
+    mesh, uv = _atlas(shape, seed)
     material = mesh.material[mesh.faces]
     sides = [corners[:, 1] - corners[:, 0] for corners in (uv, material)]
     turn = [side[:, 0] + 1j * side[:, 1] for side in sides]
@@ -67,4 +69,5 @@ def test_islands_are_turned_every_way_and_break_the_material():
     known = np.concatenate([material.reshape(-1, 2), np.ones((3 * len(uv), 1))], axis=1)
     flat = uv.reshape(-1, 2)
     _, residual, _, _ = np.linalg.lstsq(known, flat, rcond=None)
-    assert (residual / len(flat) > 0.1 * flat.var(axis=0)).all()  # 0 for material coordinates
+    # Both axes together, since how the square is turned is chance; 0 for material coordinates.
+    assert residual.sum() / len(flat) > 0.5 * flat.var(axis=0).sum()
