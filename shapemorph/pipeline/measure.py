@@ -111,13 +111,14 @@ def measure(
     check_writable(folder)
     inputs, store = Inputs(config), RunStore(folder)
     inputs.files()
-    inputs.check_landmarks()
     store.sweep()
     results = Results(inputs, store, STAGES)
     record = OutputRecord(folder)
     plan = make_plan(config, inputs, store, record, until=until, force=force)
     if not plan.outdated and not plan.due:
         return _outcome(folder, plan)
+    if plan.outdated:
+        inputs.check_landmarks()
     with _clean_start(folder, store):
         _remove_obsolete(record, plan)
         run = Finished(config, folder, results, {})
