@@ -124,10 +124,12 @@ def measure(
         run = Finished(config, folder, results, {})
         due = [output for output in plan.due if output.name == "run.yaml"]
         _write(due, run, record, plan, listener)
-        run_stages(plan.stages, sections(config), results, store, plan.outdated, listener)
-        run.seconds.update(_seconds(store, record))
-        due = [output for output in plan.due if output.name != "run.yaml"]
-        _write(due, run, record, plan, listener)
+        with run.drawing(wanted=any(output.name == "figures" for output in plan.due)):
+            run_stages(plan.stages, sections(config), results, store, plan.outdated, listener)
+            run.seconds.update(_seconds(store, record))
+            run.begin_drawing()
+            due = [output for output in plan.due if output.name != "run.yaml"]
+            _write(due, run, record, plan, listener)
     return _outcome(folder, plan)
 
 
@@ -149,7 +151,9 @@ def report(config: RunConfig, folder: Path, *, listener: Listener) -> Outcome:
         )
     run = Finished(config, folder, Results(inputs, store, STAGES), _seconds(store, record))
     remade = [output for output in OUTPUTS if output.name in ("figures", "summary", "report")]
-    _write(remade, run, record, plan, listener)
+    with run.drawing(wanted=True):
+        run.begin_drawing()
+        _write(remade, run, record, plan, listener)
     names = tuple(output.name for output in remade)
     return Outcome(folder, (), tuple(stage.name for stage in STAGES), names)
 

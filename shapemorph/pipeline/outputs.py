@@ -3,10 +3,11 @@
 import functools
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from shapemorph.config import RunConfig
 from shapemorph.core.measurement import Measurement
@@ -16,7 +17,12 @@ from shapemorph.io.safe_files import move_files, scratch_folder, write_json
 from shapemorph.pipeline.fingerprints import code_fingerprint, fingerprint
 from shapemorph.pipeline.run import Event, Listener, Results
 
+if TYPE_CHECKING:
+    from shapemorph.view.shape_process import ShapeProcess
+
 _RECORD = "outputs.json"
+
+Pictures = list[tuple[str, bytes]]
 
 
 class Finished:
@@ -29,6 +35,29 @@ class Finished:
         self.folder = folder
         self.results = results
         self.seconds = dict(seconds)
+        self._shapes: ShapeProcess | None = None
+
+    @contextmanager
+    def drawing(self, *, wanted: bool) -> Iterator[None]:
+        """Load what draws the shapes beside the run, if figures are wanted."""
+        if not (wanted and self.config.report.figures):
+            yield
+            return
+        from shapemorph.view.shape_process import ShapeProcess
+
+        with ShapeProcess() as self._shapes:
+            yield
+
+    def begin_drawing(self) -> None:
+        """Hand the shapes to the process that draws them, if there is one."""
+        if self._shapes:
+            from shapemorph.view.shapes import shapes_of
+
+            self._shapes.begin(shapes_of(self.nouns()))
+
+    def drawn(self) -> Pictures:
+        """Wait for the figures of the shapes."""
+        return self._shapes.finish() if self._shapes else []
 
     @functools.cached_property
     def measurement(self) -> Measurement:
@@ -107,9 +136,10 @@ def _write_measurement(run: Finished, folder: Path) -> None:
 def _write_figures(run: Finished, folder: Path) -> None:
     if not run.config.report.figures:
         return
-    from shapemorph.view.figures import write_figures
+    from shapemorph.view.figures import write_flat_figures, write_pictures
 
-    write_figures(run.nouns(), folder / "figures")
+    write_flat_figures(run.nouns(), folder / "figures")
+    write_pictures(run.drawn(), folder / "figures")
 
 
 def _write_summary(run: Finished, folder: Path) -> None:

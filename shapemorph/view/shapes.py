@@ -1,0 +1,127 @@
+"""Figures of the shapes: their pattern, and every measure on the deformed one."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats
+from shapemorph.core.measurement import Measurement
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.core.results import RunResults
+from shapemorph.core.surface import Alignment
+from shapemorph.view.camera import View, outer_view, second_view
+from shapemorph.view.layout import Heading, views_figure
+from shapemorph.view.measures import MEASURES, Measure, measure_values
+from shapemorph.view.render import Painter, Picture, Scene
+from shapemorph.view.style import colour_scale
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WIDTH, HEIGHT = 620, 500
+"""Largest size of a rendered view, px."""
+TILT = 0.85
+"""Angle between the two views of a shape, radians."""
+CAPTIONS = ("along the mean normal", "from one side")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shapes:
+    """What the figures of the shapes show.
+
+    Attributes
+    ----------
+    measurement : Measurement
+    reference, deformed : TexturedMesh
+        The deformed one in the frame of the reference file.
+    """
+
+    measurement: Measurement
+    reference: TexturedMesh
+    deformed: TexturedMesh
+
+
+def shapes_of(results: RunResults) -> Shapes:
+    """Take from a measurement what the figures of its shapes show."""
+    carried = _carried(results.deformed_mesh, results.alignment)
+    return Shapes(results.measurement, results.reference_mesh, carried)
+
+
+def shape_figures(shapes: Shapes, scene: Scene) -> Iterator[tuple[str, "Figure"]]:
+    """Draw the shapes with their pattern, then every measure on the deformed shape.
+
+    Yields one after the other, by name, so that only one is held at a time; nothing where
+    no cell was measured.
+
+    Raises
+    ------
+    StageError
+        Off-screen rendering gives nothing.
+    """
+    measurement, carried = shapes.measurement, shapes.deformed
+    if not len(measurement.cells):
+        return
+    deformed = measurement.reference + measurement.arrays["displacement"]
+    before = outer_view(measurement.reference, measurement.cells)
+    after = outer_view(deformed, measurement.cells)
+    for key, mesh, view in (
+        ("reference", shapes.reference, before),
+        ("deformed", carried, after),
+    ):
+        yield f"shape_{key}", _shape_figure(scene, mesh, view, key)
+    scene.clear("the measured field")
+    used, cells = np.unique(measurement.cells, return_inverse=True)
+    painter = scene.add_coloured(deformed[used], cells.reshape(-1, 4))
+    scene.add_bare(carried.vertices, carried.faces)
+    views = (after, second_view(after, deformed[used], TILT))
+    for measure in MEASURES:
+        values = measure_values(measurement, measure)[used]
+        yield measure.key, _measure_figure(scene, painter, measure, values, views)
+
+
+def _carried(mesh: TexturedMesh, alignment: Alignment) -> TexturedMesh:
+    """Carry the deformed mesh into the frame of the reference file."""
+    vertices = mesh.vertices @ alignment.rotation.T + alignment.translation
+    return TexturedMesh(
+        vertices,
+        mesh.faces,
+        mesh.wedge_uv,
+        mesh.face_texture,
+        mesh.textures,
+        mesh.corner_grey,
+        name=mesh.name,
+    )
+
+
+def _shape_figure(scene: Scene, mesh: TexturedMesh, view: View, key: str) -> "Figure":
+    """Draw a mesh with its own pattern."""
+    scene.clear(mesh.name)
+    scene.add_textured(mesh)
+    heading = Heading(
+        f"{key.capitalize()} shape: {mesh.name}",
+        f"{len(mesh.vertices)} vertices, {len(mesh.faces)} faces, {mesh.size:.4g} mm across; "
+        "grey as stored",
+    )
+    pictures = _pictures(scene, (view, second_view(view, mesh.vertices, TILT)))
+    return views_figure(pictures, CAPTIONS, heading, scale=None, label="")
+
+
+def _measure_figure(
+    scene: Scene, painter: Painter, measure: Measure, values: Floats, views: tuple[View, View]
+) -> "Figure":
+    """Draw a measure on the deformed shape, from one or both views."""
+    scale = colour_scale(values)
+    painter.paint(values, scale)
+    chosen = views if measure.two_views else views[:1]
+    heading = Heading(f"{measure.title} on the deformed shape", f"{measure.note} Grey: no value.")
+    captions = CAPTIONS[: len(chosen)]
+    return views_figure(
+        _pictures(scene, chosen), captions, heading, scale=scale, label=measure.label
+    )
+
+
+def _pictures(scene: Scene, views: tuple[View, ...]) -> list[Picture]:
+    """Render what stands in the scene from each view, filling the frame."""
+    return [scene.picture(view, scene.frame(view, width=WIDTH, height=HEIGHT)) for view in views]
