@@ -8,12 +8,13 @@ from PIL import Image
 
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
-from shapemorph.view import figures
 from shapemorph.view.captions import CAPTIONS
-from shapemorph.view.figures import write_figures, write_planar_figures
+from shapemorph.view.figures import write_flat_figures, write_pictures, write_planar_figures
 from shapemorph.view.maps import grid_extent
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.plots import even_selection
+from shapemorph.view.shape_process import draw_shapes
+from shapemorph.view.shapes import shape_figures, shapes_of
 from shapemorph.view.style import STATUS_COLOURS
 
 NO_GL = sys.platform.startswith("linux") and not all(
@@ -25,7 +26,10 @@ NO_GL = sys.platform.startswith("linux") and not all(
 def drawn(results, tmp_path_factory):
     if NO_GL:
         pytest.skip("libEGL or libGL is missing: `make setup` says how")
-    return write_figures(results, tmp_path_factory.mktemp("run") / "figures")
+    folder = tmp_path_factory.mktemp("run") / "figures"
+    write_flat_figures(results, folder)
+    write_pictures(draw_shapes(shapes_of(results)), folder)
+    return sorted(folder.iterdir())
 
 
 @pytest.mark.render
@@ -38,22 +42,30 @@ def test_every_figure_has_a_caption_and_shows_something(drawn):
         assert np.count_nonzero(pixels < 200) > 5000, path.name
 
 
-def test_planar_figures_need_no_opengl(results, tmp_path, monkeypatch):
-    monkeypatch.setattr(figures, "Scene", None)
+def test_planar_figures_need_no_opengl(results, tmp_path):
     reference = results.pair.reference.calibrated.image
-    (path,) = write_planar_figures(results.grid, reference, tmp_path / "new")
+    write_planar_figures(results.grid, reference, tmp_path / "new")
+    (path,) = (tmp_path / "new").iterdir()
     colours = Image.open(path).convert("RGB").getcolors(1 << 20)
     lost = bytes.fromhex(STATUS_COLOURS[PointStatus.LOW_ZNCC][1:])
     # the map has 193 of 3675 points with this status on about 550 x 370 px, and the key a patch
     assert {colour: count for count, colour in colours}[tuple(lost)] > 3000
 
 
-def test_a_measurement_without_cells_still_has_its_flat_figures(results, tmp_path):
+def test_flat_figures_need_no_cells(results, tmp_path):
+    write_flat_figures(dataclasses.replace(results, measurement=_bare(results)), tmp_path)
+    names = {path.stem for path in tmp_path.iterdir()}
+    assert names == {"histograms", "matches", "morph", "correlation", "flattening"}
+
+
+def test_a_measurement_without_cells_has_no_shapes_to_draw(results):
+    bare = dataclasses.replace(results, measurement=_bare(results))
+    assert list(shape_figures(shapes_of(bare), scene=None)) == []
+
+
+def _bare(results):
     whole = results.measurement
-    bare = Measurement(whole.reference, np.zeros((0, 4), dtype=np.int64), whole.arrays)
-    paths = write_figures(dataclasses.replace(results, measurement=bare), tmp_path)
-    names = [path.stem for path in paths]
-    assert names == ["histograms", "matches", "morph", "correlation", "flattening"]
+    return Measurement(whole.reference, np.zeros((0, 4), dtype=np.int64), whole.arrays)
 
 
 def test_measures_are_the_columns_of_the_displacement_and_its_length(results):
