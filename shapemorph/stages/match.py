@@ -11,8 +11,7 @@ from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Matches, Warp
-from shapemorph.methods.consistency import consistent_pairs, frame_support
-from shapemorph.methods.contrast import Pattern, even_contrast
+from shapemorph.methods.consistency import consistent_pairs
 from shapemorph.methods.densify import (
     GridSearch,
     GridSeeds,
@@ -20,10 +19,13 @@ from shapemorph.methods.densify import (
     nearest_distance,
     search_grid,
 )
-from shapemorph.methods.descriptor_match import match_descriptors
-from shapemorph.methods.features import Features, detect_features
-from shapemorph.methods.speckle_ellipse import SpeckleField, measure_speckle
-from shapemorph.methods.views import round_views
+from shapemorph.methods.first_pairs import (
+    CELL,
+    NEIGHBOURS,
+    Side,
+    first_pairs,
+    measure_side,
+)
 from shapemorph.methods.warp_fit import WarpFit, fit_warp_checked, fold_share
 from shapemorph.methods.warping import warp_points
 
@@ -31,15 +33,6 @@ _log = logging.getLogger(__name__)
 
 # Lengths below are in standard deviations of the speckle (its width at half maximum is 3.3
 # of them) unless they say px.
-LIGHT_WINDOW = 27.0
-SPECKLE_WINDOW = 66.0
-VIEW_STD = 1.5  # px
-CELL = 22.0
-PER_CELL = (6.0, 9.6)
-MOST_FEATURES = (6000, 9600)
-SAME_PLACE = 1.7
-NEIGHBOURS = (16, 24)  # that vote, that predict
-SUPPORT = 0.25
 WORK_STD = 1.8  # px: coarser speckle is searched in reduced pictures
 FIRST_STEP, STEP = 11.0, 7.0
 LEAST_STEP = 3.0  # where the picture is small for its speckle
@@ -48,20 +41,7 @@ WINDOW = 15.0
 FIRST_RADIUS, RADIUS = 4.5, 2.2
 SEARCH_STRIDE = 1.3
 LEAST_INSIDE, LEAST_ZNCC = 0.4, 0.6
-LEAST_CONTRAST = 1.0 / 255
 LEAST_FOUND = 0.15  # share of the searched grid points, else the warp is not believed
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Side:
-    """One picture, its pattern and the shape of its speckle."""
-
-    pattern: Pattern
-    speckle: SpeckleField
-
-    @property
-    def std(self) -> float:
-        return self.speckle.std
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,8 +79,8 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
         If a picture is blank or too few pairs agree with each other.
     """
     with ThreadPoolExecutor(2) as pool:
-        left, right = pool.map(_measure, (reference, deformed), ("reference", "deformed"))
-    pairs = _first_pairs(left, right, config)
+        left, right = pool.map(measure_side, (reference, deformed), ("reference", "deformed"))
+    pairs = _start(left, right, config)
     features = pairs.source, pairs.target
     settled = np.inf
     for number in range(config.max_rounds):
@@ -113,73 +93,18 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
     return _finish(left, right, pairs, settled)
 
 
-def _measure(image: GreyImage, name: str) -> _Side:
-    """Even out the light over windows that suit the speckle, and measure its shape."""
-    side = _measure_once(image, 49, 128.0, name)
-    window = 2 * int(np.clip(LIGHT_WINDOW * side.std, 24, 240) / 2) + 1
-    return _measure_once(image, window, float(np.clip(SPECKLE_WINDOW * side.std, 64, 512)), name)
-
-
-def _measure_once(image: GreyImage, light: int, window: float, name: str) -> _Side:
-    pattern = even_contrast(image, window=light)
-    speckle = None
-    if pattern.contrast >= LEAST_CONTRAST:
-        speckle = measure_speckle(pattern, window=window)
-    if speckle is None:
-        raise StageError(
-            f"the {name} picture is blank: its contrast is {255 * pattern.contrast:.2f} grey "
-            f"levels of 255, at least {255 * LEAST_CONTRAST:.0f} are needed; is its texture right?"
-        )
-    return _Side(pattern, speckle)
-
-
-def _first_pairs(left: _Side, right: _Side, config: MatchConfig) -> _Pairs:
-    """Features that look alike and agree with their neighbours."""
-    growth = (right.std / left.std) ** 2
-    with ThreadPoolExecutor(2) as pool:
-        per_cell = (
-            PER_CELL[0] * np.sqrt(np.clip(growth, 1, 4)),
-            PER_CELL[1] * np.clip(1 / growth, 1, 4),
-        )
-        ours, theirs = pool.map(_features, (left, right), per_cell, MOST_FEATURES)
-    i, j = match_descriptors(ours, theirs, ratio=config.ratio, apart=SAME_PLACE * right.std)
-    source, target = ours.points[i], theirs.points[j]
-    counts = {
-        "features_reference": len(ours),
-        "features_deformed": len(theirs),
-        "matched": len(i),
-    }
-    frames = theirs.frames[j] @ np.linalg.inv(ours.frames[i])
-    support = frame_support(
-        source, target, frames, neighbours=NEIGHBOURS[0], relative=0.25, absolute=2 * right.std
-    )
-    source, target = source[support >= SUPPORT], target[support >= SUPPORT]
-    counts["voted"] = len(source)
-    _require(len(source), counts, config)
-    good = consistent_pairs(
-        source, target, neighbours=NEIGHBOURS[1], tolerance=right.std, cap=3 * right.std
-    )
-    source, target = source[good], target[good]
-    counts["consistent"] = len(source)
-    _require(len(source), counts, config)
-    gap = np.sqrt(left.pattern.mask.sum() / len(source))
-    return _Pairs(source, target, _fit(left, source, target, max(CELL * left.std, 2 * gap)), counts)
-
-
-def _features(side: _Side, per_cell: float, most: int) -> Features:
-    cells = side.pattern.mask.sum() / (CELL * side.std) ** 2
-    wider = np.sqrt(max(1.0, cells * per_cell / most))
-    return detect_features(
-        round_views(side.pattern, side.speckle, std=VIEW_STD),
-        contrast=0.02,
-        cell=CELL * side.std * wider,
-        per_cell=round(per_cell),
-    )
+def _start(left: Side, right: Side, config: MatchConfig) -> _Pairs:
+    """Features that agree with their neighbours, and the warp through them."""
+    found = first_pairs(left, right, ratio=config.ratio)
+    _require(len(found), found.counts, config)
+    gap = np.sqrt(left.pattern.mask.sum() / len(found))
+    fit = _fit(left, found.source, found.target, max(CELL * left.std, 2 * gap))
+    return _Pairs(found.source, found.target, fit, found.counts)
 
 
 def _search_round(
-    left: _Side,
-    right: _Side,
+    left: Side,
+    right: Side,
     pairs: _Pairs,
     features: tuple[Floats, Floats],
     config: MatchConfig,
@@ -206,7 +131,7 @@ def _search_round(
     return _Pairs(source, target, _fit(left, source, target, 2 * how.step, smoothing), counts)
 
 
-def _grid_search(side: _Side, warp: Warp, *, first: bool) -> GridSearch:
+def _grid_search(side: Side, warp: Warp, *, first: bool) -> GridSearch:
     """Sizes of grid, window and search for the speckle of the reference picture."""
     reduction = max(1, round(side.std / WORK_STD))
     work_std = side.std / reduction
@@ -244,7 +169,7 @@ def _with_features(
 
 
 def _fit(
-    side: _Side, source: Floats, target: Floats, spacing: float, smoothing: float | None = None
+    side: Side, source: Floats, target: Floats, spacing: float, smoothing: float | None = None
 ) -> WarpFit:
     high = np.array(side.pattern.shape[::-1]) - 1.0
     return fit_warp_checked(
@@ -279,7 +204,7 @@ def _too_few(what: str, counts: dict[str, int]) -> str:
     )
 
 
-def _finish(left: _Side, right: _Side, pairs: _Pairs, settled: float) -> Matches:
+def _finish(left: Side, right: Side, pairs: _Pairs, settled: float) -> Matches:
     """Fit the way back and say how sound the result is."""
     forward = pairs.fit.warp
     _targets, gradient = warp_points(forward, pairs.source)
