@@ -22,6 +22,8 @@ _MAX_PIXELS = 1 << 29
 _MAX_PIXELS_PER_BYTE = 5000  # the best that deflate or run lengths do on real formats
 _ROWS_AT_ONCE = 512
 _TIFF_MARKS = (b"II", b"MM")
+_OTHER_MARKS = (b"\x89PNG", b"\xff\xd8", b"BM", b"RIFF")  # PNG, JPEG, BMP, WebP
+_EXPECTED = "PNG, TIFF, JPEG, BMP, WebP or TGA"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,9 +147,9 @@ def _stored_values(data: bytes, name: str) -> tuple[np.ndarray[Any, Any], tuple[
                 frames = int(getattr(picture, "n_frames", 1))
                 array = _pillow_array(picture)
         except UnidentifiedImageError as error:
-            if data[:2] not in _TIFF_MARKS:
-                raise _damaged(name, error) from None
-            return _opencv_array(data, name), ()
+            if data[:2] in _TIFF_MARKS:
+                return _opencv_array(data, name), ()
+            raise _unrecognised(data, name) from error
         except DataError:
             raise
         except Exception as error:  # noqa: BLE001 decoders raise whatever they like
@@ -161,9 +163,16 @@ def _stored_values(data: bytes, name: str) -> tuple[np.ndarray[Any, Any], tuple[
 def _damaged(name: str, error: object) -> DataError:
     reason = " ".join(str(error).split()) or type(error).__name__
     return DataError(
-        f"{name}: expected a whole picture (PNG, TIFF, JPEG or BMP), got a truncated or damaged "
+        f"{name}: expected a whole picture ({_EXPECTED}), got a truncated or damaged "
         f"one ({reason[:120]}): export or copy it again"
     )
+
+
+def _unrecognised(data: bytes, name: str) -> DataError:
+    """Tell a picture that lost its header from a file of another kind."""
+    if data.startswith(_OTHER_MARKS):
+        return _damaged(name, "its header is incomplete")
+    return DataError(f"{name} is not a picture: expected {_EXPECTED}")
 
 
 def _check_claimed_size(size: tuple[int, int], length: int, name: str) -> None:
@@ -223,7 +232,7 @@ def _opencv_array(data: bytes, name: str) -> np.ndarray[Any, Any]:
         cv2.utils.logging.setLogLevel(level)
     if array is None or array.size == 0:
         raise DataError(
-            f"{name}: expected a picture (PNG, TIFF, JPEG or BMP), got something else or a damaged "
+            f"{name}: expected a picture ({_EXPECTED}), got something else or a damaged "
             "file: export it again"
         )
     decoded: np.ndarray[Any, Any] = np.asarray(array)

@@ -176,9 +176,19 @@ def test_missing_empty_and_foreign_files_are_refused(tmp_path):
     (tmp_path / "empty.png").write_bytes(b"")
     with pytest.raises(DataError, match="empty"):
         read_grey_image(tmp_path / "empty.png")
+    np.savez(tmp_path / "truth.npz", shape=np.array("dome"))
     (tmp_path / "text.png").write_text("no picture at all")
-    with pytest.raises(DataError, match=r"text\.png: expected a whole picture"):
-        read_grey_image(tmp_path / "text.png")
+    for name in ("truth.npz", "text.png"):
+        with pytest.raises(DataError, match=f"^{name} is not a picture: expected PNG, TIFF"):
+            read_grey_image(tmp_path / name)
+
+
+@pytest.mark.parametrize("file_format", ["PNG", "JPEG", "BMP"])
+def test_a_picture_without_its_header_is_called_damaged(file_format):
+    data = encoded(Image.fromarray(colour_levels()), file_format)
+    with pytest.raises(DataError, match="got a truncated or damaged one") as caught:
+        decode_picture(data[:5], name="p")
+    assert "BytesIO" not in str(caught.value)
 
 
 def test_first_of_several_pages_is_used_and_said():
