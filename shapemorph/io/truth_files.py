@@ -3,6 +3,7 @@
 import io
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -104,10 +105,16 @@ def read_truth(path: Path) -> Truth:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
         return _truth(arrays)
-    except (KeyError, ValueError, zipfile.BadZipFile, EOFError) as problem:
-        raise DataError(
-            f"{path} is not a truth.npz of `shapemorph synthesize`: {problem}"
-        ) from problem
+    except KeyError as problem:
+        raise DataError(f"{_no_truth(path)}, it lacks the array {problem}") from problem
+    except (TypeError, ValueError, zipfile.BadZipFile, zlib.error, EOFError) as problem:
+        raise DataError(_no_truth(path)) from problem
+    except OSError as problem:
+        raise DataError(f"{path} cannot be read ({problem.strerror or problem})") from problem
+
+
+def _no_truth(path: Path) -> str:
+    return f"{path} is not a truth file: expected the truth.npz of `shapemorph synthesize`"
 
 
 def _truth(arrays: dict[str, np.ndarray]) -> Truth:
