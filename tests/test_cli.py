@@ -79,8 +79,11 @@ def test_help_answers_within_half_a_second_of_processor_time():
         (["correlate", "a.png"], "two pictures"),
         (["measure", "a", "b", "--set", "strain.windw=5"], "did you mean strain.window?"),
         (["measure", "a", "b", "--set", "strain.window=wide"], "expected a whole number"),
-        (["synthesize", "cube"], "'bulge'"),
+        (["synthesize", "cube"], "expected a shape (dome, bulge, indentation, freeform, hole, "),
         (["report", "."], "run.yaml"),
+        (["report", "absent"], "run directory absent was not found"),
+        (["report", __file__], "expected the directory of a run, got the file"),
+        (["run", "absent"], "absent was not found: expected a YAML file"),
     ],
 )
 def test_usage_and_configuration_errors_are_one_line_and_exit_with_2(words, says, capsys, tmp_path):

@@ -9,13 +9,14 @@ import shapemorph
 from shapemorph.cli.console import configure_log, show, show_json, watching
 from shapemorph.cli.options import Output, Say, Settings
 from shapemorph.cli.runs import (
-    CONFIG_SUFFIXES,
     both,
     bring_up_to_date,
     defaults,
     is_config,
     print_outcome,
     print_result,
+    read_case,
+    read_finished_config,
     read_run_config,
     run_config,
 )
@@ -228,17 +229,12 @@ def synthesize(
         Shape (dome, bulge, indentation, freeform, hole, tube, rigid) or a YAML file with a
         section `synthesize`.
     """
-    from shapemorph.io.config_files import check_config, read_config
-    from shapemorph.pipeline.synthesize import SynthesizeFile, write_case
+    from shapemorph.pipeline.synthesize import write_case
 
-    path = Path(case)
-    if path.suffix in CONFIG_SUFFIXES:
-        document = read_config(path, SynthesizeFile, settings.set_)
-    else:
-        document = check_config({"synthesize": {"shape": case}}, SynthesizeFile, settings.set_)
+    config = read_case(case, settings)
     configure_log(say)
-    folder = output or Path(path.stem)
-    files = write_case(document.synthesize, folder)
+    folder = output or Path(Path(case).stem)
+    files = write_case(config, folder)
     if say.json:
         show_json({"folder": str(folder), "files": [str(file) for file in files]})
     else:
@@ -316,7 +312,7 @@ def report(run_folder: Path, /, *, say: Say = SAY) -> int:
     """
     from shapemorph.pipeline.measure import report as make_again
 
-    config = read_run_config(run_folder, NO_SETTINGS)
+    config = read_finished_config(run_folder)
     configure_log(say)
     with watching(say) as listener:
         outcome = make_again(config, run_folder, listener=listener)

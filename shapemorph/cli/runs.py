@@ -3,14 +3,14 @@
 import json
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from shapemorph.cli.console import configure_log, show, show_json, watching
 from shapemorph.cli.options import Say, Settings
 from shapemorph.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from shapemorph.config import RunConfig
+    from shapemorph.config import RunConfig, SynthesizeConfig
     from shapemorph.pipeline.measure import Outcome
 
 CONFIG_SUFFIXES = (".yaml", ".yml")
@@ -26,11 +26,51 @@ def read_run_config(path: Path, settings: Settings) -> "RunConfig":
     from shapemorph.config import RunConfig
     from shapemorph.io.config_files import read_config
 
+    if not path.exists() and path.suffix.lower() not in CONFIG_SUFFIXES:
+        raise ConfigError(
+            f"{path} was not found: expected a YAML file (`shapemorph init` writes one) or the "
+            "directory of a run"
+        )
     if path.is_dir():
         if not (path / "run.yaml").is_file():
             raise ConfigError(f"{path} is no run: expected a directory with run.yaml in it")
         path = path / "run.yaml"
     return read_config(path, RunConfig, settings.set_)
+
+
+def read_finished_config(folder: Path) -> "RunConfig":
+    """Read the configuration that a run was made with.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such directory, or it is no run.
+    """
+    if not folder.exists():
+        raise ConfigError(f"run directory {folder} was not found: check the path")
+    if not folder.is_dir():
+        raise ConfigError(f"expected the directory of a run, got the file {folder}")
+    return read_run_config(folder, Settings())
+
+
+def read_case(case: str, settings: Settings) -> "SynthesizeConfig":
+    """Read the YAML file of a synthetic case, or make a default one of a shape.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such shape or file, or the file is wrong.
+    """
+    from shapemorph.config import SynthesizeConfig
+    from shapemorph.io.config_files import check_config, read_config
+    from shapemorph.pipeline.synthesize import SynthesizeFile
+
+    if Path(case).suffix.lower() in CONFIG_SUFFIXES:
+        return read_config(Path(case), SynthesizeFile, settings.set_).synthesize
+    shapes = get_args(SynthesizeConfig.model_fields["shape"].annotation)
+    if case not in shapes:
+        raise ConfigError(f"expected a shape ({', '.join(shapes)}) or a YAML file, got {case!r}")
+    return check_config({"synthesize": {"shape": case}}, SynthesizeFile, settings.set_).synthesize
 
 
 def defaults(settings: Settings) -> "RunConfig":
