@@ -1,5 +1,6 @@
 """The figures of a run: what `summary.json` holds and the command line prints."""
 
+import contextlib
 import platform
 import resource
 import sys
@@ -24,7 +25,12 @@ from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.core.surface import Alignment, StrainField
 from shapemorph.pipeline.verdict import judge
 
-_PACKAGES = ("numpy", "scipy", "numba", "opencv-contrib-python-headless", "libigl", "trimesh")
+_PACKAGES = (
+    *("numpy", "scipy", "numba", "opencv-contrib-python-headless", "libigl", "trimesh"),
+    *("open3d", "pyvista", "vtk"),
+)
+_OTHER_DISTRIBUTIONS = {"open3d": ("open3d-cpu",)}
+_AFTER_THE_SUMMARY = ("write summary", "write report")
 
 
 def summarise(
@@ -56,9 +62,15 @@ def summarise(
 
 
 def run_figures(seconds: Mapping[str, float]) -> dict[str, Any]:
-    """Give time, memory and versions."""
+    """Give time, memory and versions.
+
+    Writing the summary and the report can only be timed once the summary is written: in a
+    first run they are missing, in a later one they are those of the last time. The total
+    leaves them out, so that it means the same in both.
+    """
+    timed = {name: value for name, value in seconds.items() if name not in _AFTER_THE_SUMMARY}
     return {
-        "seconds": {**seconds, "total": sum(seconds.values())},
+        "seconds": {**seconds, "total": sum(timed.values())},
         "peak_memory_mb": peak_memory_mb(),
         "versions": versions(),
     }
@@ -171,11 +183,18 @@ def peak_memory_mb() -> float:
 
 
 def versions() -> dict[str, str]:
-    """Name what made these numbers."""
+    """Name what made these numbers; nothing is imported, what is not installed is left out."""
     found = {"shapemorph": shapemorph.__version__, "python": platform.python_version()}
-    for package in _PACKAGES:
-        found[package] = metadata.version(package)
+    found |= {name: version for name in _PACKAGES if (version := _version(name))}
     return found
+
+
+def _version(package: str) -> str | None:
+    """Version of a package under any name that it is distributed by."""
+    for distribution in (package, *_OTHER_DISTRIBUTIONS.get(package, ())):
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            return metadata.version(distribution)
+    return None
 
 
 def _point_area(grid: CorrelationGrid, surface: FlattenedSurface) -> Floats:
