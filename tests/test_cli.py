@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -14,6 +15,8 @@ from shapemorph.cli.main import main
 from shapemorph.config import RunConfig
 from shapemorph.core.errors import DataError, StageError
 from shapemorph.io.config_files import read_config
+from shapemorph.io.meshes import READERS
+from shapemorph.pipeline.stagelist import STAGES
 
 COMMANDS = {
     *("measure", "run", "flatten", "match", "morph", "correlate", "lift", "align", "strain"),
@@ -43,6 +46,20 @@ def test_exactly_the_commands_that_work_are_listed():
 def test_every_command_explains_itself(command, capsys):
     assert main([command, "--help"]) == 0
     assert f"Usage: shapemorph {command}" in capsys.readouterr().out
+
+
+def _words_of_help(command, capsys):
+    main([command, "--help"])
+    return set(re.findall(r"[a-z]+", capsys.readouterr().out.lower()))
+
+
+def test_measure_names_every_format_that_is_read(capsys):
+    formats = {suffix.removeprefix(".") for suffix in READERS}
+    assert formats <= _words_of_help("measure", capsys)
+
+
+def test_run_names_every_stage_that_it_can_stop_after(capsys):
+    assert {stage.name for stage in STAGES} <= _words_of_help("run", capsys)
 
 
 def test_the_version_is_that_of_the_package(capsys):

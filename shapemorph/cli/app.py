@@ -49,9 +49,10 @@ def measure(
     Parameters
     ----------
     reference
-        Textured mesh before the deformation (OBJ, PLY, GLB).
+        Textured mesh before the deformation (OBJ, PLY, GLB, glTF), or a point cloud with grey
+        or colour (PLY, CSV, TXT, XYZ).
     deformed
-        Textured mesh after it.
+        The same after it; the format may differ.
     landmarks
         CSV name,ref_x,ref_y,ref_z,def_x,def_y,def_z in the frames of the two files.
     """
@@ -82,7 +83,7 @@ def run(
     config
         YAML file, or the directory of a run.
     until
-        Last stage: flatten, match, morph, correlate, lift, align or strain.
+        Last stage: inputs, flatten, match, morph, correlate, lift, align or strain.
     force
         Stage to run again, with all that depend on it; may be repeated.
     """
@@ -103,7 +104,7 @@ def flatten(
     Parameters
     ----------
     mesh
-        Textured mesh; or the YAML file of a run.
+        Textured mesh or point cloud (formats as for measure); or the YAML file of a run.
     """
     if is_config(mesh):
         return run_config(mesh, output, settings, say, until="flatten")
