@@ -6,6 +6,9 @@ from typing import Any
 WARN, FAIL = "WARN", "FAIL"
 Finding = tuple[str, str]
 
+_SMALLEST_MM, _LARGEST_MM = 1.0, 10_000.0
+_LONGEST_GAUGE = 0.2  # of the object: fewer than five gauges across show no field
+
 
 def judge(sections: Mapping[str, Any]) -> dict[str, Any]:
     """Weigh the figures of a run.
@@ -89,4 +92,26 @@ def _aligned(sections: Mapping[str, Any]) -> Iterator[Finding]:
         )
 
 
-_RULES = (_enough_points, _sound_warp, _close_matches, _alike, _flat, _aligned)
+def _likely_size(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    """Doubt the unit where an object of this size is rarely measured."""
+    size = sections.get("inputs", {}).get("reference_size")
+    if size is not None and not _SMALLEST_MM <= size <= _LARGEST_MM:
+        shown = f"{size:.0f}" if size > _LARGEST_MM else f"{size:.3g}"
+        yield WARN, f"the object measures {shown} mm across: check inputs.units"
+
+
+def _short_gauge(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    gauge = sections.get("strain", {}).get("gauge_mm", 0.0)
+    size = sections.get("inputs", {}).get("reference_size", float("inf"))
+    if gauge > _LONGEST_GAUGE * size:
+        yield (
+            WARN,
+            f"strain is averaged over {gauge:.3g} mm, on an object of {size:.3g} mm: measure with "
+            "a finer pattern, a finer texture or denser coloured vertices",
+        )
+
+
+_RULES = (
+    *(_likely_size, _enough_points, _sound_warp, _close_matches, _alike),
+    *(_flat, _short_gauge, _aligned),
+)

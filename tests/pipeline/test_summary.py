@@ -137,6 +137,7 @@ GOOD = {
     "correlate": {"subset_size_px": 21, "zncc": {"median": 0.97}},
     "flatten": {"reference": {"flips": 0, "texels_per_px": 1.3}},
     "inputs": {"reference_size": 70.0},
+    "strain": {"gauge_mm": 4.3},
     "align": {"rms_mm": 0.01, "method": "points", "carried_share": 0.4},
 }
 
@@ -163,6 +164,8 @@ def test_a_sound_run_passes_without_reasons():
         (_with("flatten", deformed={"flips": 0, "texels_per_px": 0.4}), "WARN", "0.40 texels"),
         (_with("align", rms_mm=2.0), "WARN", "2 mm rms"),
         (_with("align", carried_share=0.03), "WARN", "only 3.0%"),
+        (_with("inputs", reference_size=70_000.0), "WARN", "70000 mm across: check inputs.units"),
+        (_with("strain", gauge_mm=14.5), "WARN", "averaged over 14.5 mm, on an object of 70 mm"),
     ],
 )
 def test_each_weakness_has_its_level_and_a_reason_with_its_figure(sections, level, says):
@@ -170,6 +173,23 @@ def test_each_weakness_has_its_level_and_a_reason_with_its_figure(sections, leve
     assert found["level"] == level
     assert len(found["reasons"]) == 1
     assert says in found["reasons"][0]
+
+
+@pytest.mark.parametrize("size", [0.07, 0.999, 10010])
+def test_a_size_that_speaks_of_a_wrong_unit_is_a_reason(size):
+    sections = _with("inputs", reference_size=size)
+    sections["strain"]["gauge_mm"] = sections["align"]["rms_mm"] = size / 1000
+    assert judge(sections) == {
+        "level": "WARN",
+        "reasons": [f"WARN: the object measures {size} mm across: check inputs.units"],
+    }
+
+
+@pytest.mark.parametrize("size", [1.0, 5.0, 3000.0, 10_000.0])
+def test_small_samples_and_large_panels_pass(size):
+    sections = _with("inputs", reference_size=size)
+    sections["strain"]["gauge_mm"] = sections["align"]["rms_mm"] = size / 1000
+    assert judge(sections)["level"] == "PASS"
 
 
 def test_two_pictures_are_judged_by_what_they_have():
