@@ -8,6 +8,7 @@ Finding = tuple[str, str]
 
 _SMALLEST_MM, _LARGEST_MM = 1.0, 10_000.0
 _LONGEST_GAUGE = 0.2  # of the object: fewer than five gauges across show no field
+_LARGEST_MOTION = 0.5  # of the object, in the middle: landmarks of another unit or frame
 
 
 def judge(sections: Mapping[str, Any]) -> dict[str, Any]:
@@ -111,7 +112,20 @@ def _short_gauge(sections: Mapping[str, Any]) -> Iterator[Finding]:
         )
 
 
+def _likely_landmarks(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    """Doubt landmarks that fit each other but carry the two shapes apart."""
+    if not sections.get("align", {}).get("method", "").startswith("landmarks"):
+        return
+    moved, size = sections["displacement_mm"]["median"], sections["inputs"]["reference_size"]
+    if moved > _LARGEST_MOTION * size:
+        yield (
+            WARN,
+            f"with these landmarks half of the points moved by {moved:.3g} mm or more, on an "
+            f"object of {size:.3g} mm: check that they are in the frames and units of the files",
+        )
+
+
 _RULES = (
     *(_likely_size, _enough_points, _sound_warp, _close_matches, _alike),
-    *(_flat, _short_gauge, _aligned),
+    *(_flat, _short_gauge, _aligned, _likely_landmarks),
 )

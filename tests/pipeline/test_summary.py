@@ -175,6 +175,17 @@ def test_each_weakness_has_its_level_and_a_reason_with_its_figure(sections, leve
     assert says in found["reasons"][0]
 
 
+def test_landmarks_that_carry_the_shapes_apart_are_a_reason():
+    sections = _with("align", method="landmarks")
+    sections["displacement_mm"] = {"median": 36.0}
+    found = judge(sections)
+    assert found["level"] == "WARN"
+    assert len(found["reasons"]) == 1
+    assert "36 mm or more, on an object of 70 mm" in found["reasons"][0]
+    sections["displacement_mm"] = {"median": 34.0}
+    assert judge(sections)["level"] == "PASS"
+
+
 @pytest.mark.parametrize("size", [0.07, 0.999, 10010])
 def test_a_size_that_speaks_of_a_wrong_unit_is_a_reason(size):
     sections = _with("inputs", reference_size=size)
