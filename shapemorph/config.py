@@ -50,10 +50,30 @@ class InputsConfig(Section):
     region: RegionConfig | None = Field(None, description="limits the measurement")
 
 
+FlatteningMethod = Literal[
+    "auto",
+    "bff",
+    "lscm",
+    "arap",
+    "slim",
+    "harmonic",
+    "orthographic",
+    "spherical",
+    "cylindrical",
+    "profile",
+]
+PARAMETERS_OF_METHODS = {
+    "axis": ("orthographic", "spherical", "cylindrical", "profile"),
+    "centre": ("spherical", "cylindrical", "profile"),
+    "projection": ("spherical",),
+    "profile": ("profile",),
+}
+
+
 class FlattenConfig(Section):
     """Section `flatten`: meshes to calibrated images."""
 
-    method: Literal["auto", "bff", "lscm", "orthographic"] = Field(
+    method: FlatteningMethod = Field(
         "auto", description="auto: boundary-first (bff), repaired or replaced where it flips"
     )
     px_per_mm: float | None = Field(
@@ -66,8 +86,35 @@ class FlattenConfig(Section):
         16.0, gt=0, description="largest calibrated image; a finer scale is reduced to it"
     )
     axis: Vector3 | None = Field(
-        None, description="viewing axis of orthographic; empty: normal of the best plane"
+        None,
+        description="towards the viewer (orthographic), from the centre to the picture's middle "
+        "(spherical), or of symmetry (cylindrical, profile); empty: fitted",
     )
+    centre: Vector3 | None = Field(
+        None,
+        description="centre of the ball (spherical) or a point of the axis (cylindrical, profile), "
+        "mm, in the frame of each file; empty: fitted",
+    )
+    projection: Literal["equidistant", "equal_area", "stereographic"] | None = Field(
+        None,
+        description="kind of spherical: meridian lengths (equidistant, when empty), areas "
+        "(equal_area) or angles (stereographic) are kept",
+    )
+    profile: Path | None = Field(
+        None,
+        description="CSV r,z of the meridian for profile, from the axis outward, in the units of "
+        "the deformed file; empty, or where it does not fit: measured from the mesh",
+    )
+
+    @model_validator(mode="after")
+    def _parameters_have_a_use(self) -> Self:
+        for name, methods in PARAMETERS_OF_METHODS.items():
+            if getattr(self, name) is not None and self.method not in methods:
+                raise ValueError(
+                    f"{name} is for method {', '.join(methods)}, got method {self.method}: "
+                    "set one of these, or leave it empty"
+                )
+        return self
 
 
 class MatchConfig(Section):

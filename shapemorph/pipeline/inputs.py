@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from shapemorph.config import RegionConfig, RunConfig
+from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import ConfigError, DataError
 from shapemorph.core.inputreports import InputReports
 from shapemorph.core.landmarks import Landmarks
@@ -75,7 +76,11 @@ class Inputs:
             If one does not exist.
         """
         regions = (self._config.inputs.region, self._config.align.rigid_region)
-        optional = [self._config.inputs.landmarks, *(r.mask for r in regions if r is not None)]
+        optional = [
+            self._config.inputs.landmarks,
+            self._config.flatten.profile,
+            *(r.mask for r in regions if r is not None),
+        ]
         others = [path for path in optional if path is not None]
         meshes = [*mesh_sources(self.path("reference")), *mesh_sources(self.path("deformed"))]
         for path in others:
@@ -108,6 +113,9 @@ class Inputs:
             path = self._config.inputs.landmarks
             content = None if path is None else file_fingerprint(path)
             return fingerprint(content, self.unit("reference"), self.unit("deformed"))
+        if name == "meridian":
+            profile = self._config.flatten.profile
+            return fingerprint(profile and (file_fingerprint(profile), self.unit("deformed")))
         return self._region_fingerprint(self._region_config(name))
 
     def _region_fingerprint(self, region: RegionConfig | None) -> str:
@@ -127,6 +135,8 @@ class Inputs:
             return self._read_mesh(name)[0]
         if name == "reports":
             return self._read_reports()
+        if name == "meridian":
+            return self._read_meridian()
         return self._read_landmarks() if name == "landmarks" else self._read_region(name)
 
     def _read_mesh(self, side: str) -> tuple[TexturedMesh, MeshReport]:
@@ -156,6 +166,12 @@ class Inputs:
             reference_scale=self._mm_per_unit("reference"),
             deformed_scale=self._mm_per_unit("deformed"),
         )
+
+    def _read_meridian(self) -> Floats | None:
+        from shapemorph.io.meridian_files import read_meridian
+
+        path = self._config.flatten.profile
+        return None if path is None else read_meridian(path, scale=self._mm_per_unit("deformed"))
 
     def _read_region(self, name: str) -> Region | None:
         config = self._region_config(name)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from shapemorph.config import RunConfig
+from shapemorph.core.arrays import Floats
 from shapemorph.core.image import CalibratedImage
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.io.codec import take_apart
@@ -33,7 +34,7 @@ def flatten_one(
     listener(Event("flatten", "started"))
     begin = time.perf_counter()
     mesh, report = read_mesh(path, unit=config.inputs.units)
-    surface = flatten_mesh(mesh, config.flatten)
+    surface = flatten_mesh(mesh, config.flatten, _meridian(config))
     seconds = time.perf_counter() - begin
     listener(Event("flatten", "finished", seconds))
     sections: dict[str, Any] = {
@@ -46,6 +47,16 @@ def flatten_one(
         _write_arrays(scratch / f"{path.stem}.npz", mesh, surface.calibrated)
         write_json(scratch / "summary.json", sections)
         return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
+
+
+def _meridian(config: RunConfig) -> Floats | None:
+    """Read what ``flatten.profile`` names."""
+    from shapemorph.io.meridian_files import read_meridian
+    from shapemorph.io.meshes import MM_PER_UNIT
+
+    path = config.flatten.profile
+    scale = float(MM_PER_UNIT[config.inputs.units])
+    return None if path is None else read_meridian(path, scale=scale)
 
 
 def _write_arrays(path: Path, mesh: TexturedMesh, image: CalibratedImage) -> None:

@@ -16,7 +16,7 @@ from shapemorph.config import (
     Section,
     StrainConfig,
 )
-from shapemorph.core.arrays import Bools
+from shapemorph.core.arrays import Bools, Floats
 from shapemorph.core.flattened import FlattenedPair
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import CalibratedImage, GreyImage
@@ -35,11 +35,14 @@ def _reports(reports: InputReports, section: None) -> InputReports:  # noqa: ARG
 
 
 def _flatten(
-    reference: TexturedMesh, deformed: TexturedMesh, section: FlattenConfig
+    reference: TexturedMesh,
+    deformed: TexturedMesh,
+    meridian: Floats | None,
+    section: FlattenConfig,
 ) -> FlattenedPair:
     from shapemorph.stages.flatten import flatten
 
-    return flatten(reference, deformed, section)
+    return flatten(reference, deformed, section, meridian)
 
 
 def _match(pair: FlattenedPair, section: MatchConfig) -> Matches:
@@ -117,7 +120,12 @@ def _strain(tracked: TrackedSurface, grid: CorrelationGrid, section: StrainConfi
 
 STAGES: tuple[Stage, ...] = (
     Stage("inputs", _reports, ("reports",)),
-    Stage("flatten", _flatten, ("reference", "deformed")),
+    Stage(
+        "flatten",
+        _flatten,
+        ("reference", "deformed", "meridian"),
+        elsewhere=frozenset({"profile"}),
+    ),
     Stage("match", _match, ("flatten",)),
     Stage("morph", _morph, ("deformed", "flatten", "match")),
     Stage("correlate", _correlate, ("reference", "deformed", "region", "flatten", "morph")),
@@ -131,7 +139,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("strain", _strain, ("lift", "correlate")),
 )
 
-SOURCES = ("reference", "deformed", "reports", "landmarks", "region", "rigid_region")
+SOURCES = ("reference", "deformed", "reports", "landmarks", "region", "rigid_region", "meridian")
 
 COMPUTED = tuple(stage.name for stage in STAGES if stage.name != "inputs")
 

@@ -9,31 +9,36 @@ from shapemorph.core.arrays import Floats
 from shapemorph.core.flattened import Distortion, FlattenedPair, FlattenedSurface
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.methods.calibrating import calibrate
-from shapemorph.methods.charting import chart_at_scale, to_principal_axes, to_unit_scale
+from shapemorph.methods.charting import chart_at_scale
 from shapemorph.methods.distortion import chart_distortion, local_scale, weighted_quantile
-from shapemorph.methods.parametrize.automatic import (
-    Flattening,
-    flatten_automatically,
-    judge,
-    mend_and_judge,
-)
-from shapemorph.methods.parametrize.boundary_first import parametrise_boundary_first
-from shapemorph.methods.parametrize.conformal_lscm import parametrise_lscm
-from shapemorph.methods.parametrize.disk import Piece, boundary_loops, cut_piece, require_disk
-from shapemorph.methods.parametrize.orthographic import parametrise_orthographic
+from shapemorph.methods.parametrize.automatic import Flattening
+from shapemorph.methods.parametrize.choice import lay_flat, place
+from shapemorph.methods.parametrize.disk import Piece, cut_piece
 from shapemorph.methods.scale import choose_scale, measure_pattern
 
 logger = logging.getLogger(__name__)
 
 MOST_LOST = 0.005  # share of the area that a sound map may flip or overlap
-MOST_ANISOTROPY = 2.0  # ratio of stretches that 95 % of a sound map's area stays below
-CONFORMAL = {"bff": parametrise_boundary_first, "lscm": parametrise_lscm}
+MOST_ANISOTROPY = 2.0  # ratio of stretches that 99 % of a sound map's area stays below
+MOST_REDUCED = 4.0  # a sound map shows 99 % of the area at a quarter of the median scale or more
 
 
 def flatten(
-    reference: TexturedMesh, deformed: TexturedMesh, config: FlattenConfig
+    reference: TexturedMesh,
+    deformed: TexturedMesh,
+    config: FlattenConfig,
+    meridian: Floats | None = None,
 ) -> FlattenedPair:
     """Flatten both shapes, each at its own scale.
+
+    Parameters
+    ----------
+    reference, deformed : TexturedMesh
+        mm.
+    config : FlattenConfig
+        Section ``flatten`` of the run file.
+    meridian : (K, 2) or None
+        Content of ``flatten.profile``: r, z in mm.
 
     Raises
     ------
@@ -42,10 +47,14 @@ def flatten(
     StageError
         If nothing of a surface is left.
     """
-    return FlattenedPair(flatten_mesh(reference, config), flatten_mesh(deformed, config))
+    return FlattenedPair(
+        flatten_mesh(reference, config, meridian), flatten_mesh(deformed, config, meridian)
+    )
 
 
-def flatten_mesh(mesh: TexturedMesh, config: FlattenConfig) -> FlattenedSurface:
+def flatten_mesh(
+    mesh: TexturedMesh, config: FlattenConfig, meridian: Floats | None = None
+) -> FlattenedSurface:
     """Make the calibrated image of one mesh.
 
     Parameters
@@ -54,6 +63,8 @@ def flatten_mesh(mesh: TexturedMesh, config: FlattenConfig) -> FlattenedSurface:
         mm.
     config : FlattenConfig
         Section ``flatten`` of the run file.
+    meridian : (K, 2) or None
+        Content of ``flatten.profile``: r, z in mm.
 
     Raises
     ------
@@ -63,8 +74,8 @@ def flatten_mesh(mesh: TexturedMesh, config: FlattenConfig) -> FlattenedSurface:
         If nothing of the surface is left.
     """
     piece = cut_piece(mesh.vertices, mesh.faces, name=mesh.name)
-    flattening, why = _lay_flat(mesh, piece, config)
-    plane = _place(mesh, piece, flattening)
+    flattening, why = _lay_flat(mesh, piece, config, meridian)
+    plane = place(mesh.vertices, piece, flattening)
     pattern = measure_pattern(mesh, piece, plane, max_megapixels=config.max_megapixels)
     px_per_mm, scale_reason = choose_scale(
         pattern,
@@ -91,31 +102,23 @@ def flatten_mesh(mesh: TexturedMesh, config: FlattenConfig) -> FlattenedSurface:
     )
 
 
-def _lay_flat(mesh: TexturedMesh, piece: Piece, config: FlattenConfig) -> tuple[Flattening, str]:
+def _lay_flat(
+    mesh: TexturedMesh, piece: Piece, config: FlattenConfig, meridian: Floats | None
+) -> tuple[Flattening, str]:
     """Flatten one piece, in its own unit, and say how well it went."""
-    vertices, faces = mesh.vertices[piece.vertex_ids], piece.faces
-    if config.method == "orthographic":
-        axis = None if config.axis is None else np.array(config.axis)
-        plane = parametrise_orthographic(vertices, faces, axis=axis)
-        flattening = judge(vertices, faces, plane, "orthographic")
-    else:
-        loops = boundary_loops(faces, name=mesh.name)
-        require_disk(faces, loops, name=mesh.name)
-        if config.method == "auto":
-            return flatten_automatically(
-                vertices, faces, most_lost=MOST_LOST, most_anisotropy=MOST_ANISOTROPY
-            )
-        plane = CONFORMAL[config.method](vertices, faces)
-        flattening = mend_and_judge(vertices, faces, plane, config.method)
-    return flattening, f"{flattening.describe()}, as asked"
-
-
-def _place(mesh: TexturedMesh, piece: Piece, flattening: Flattening) -> Floats:
-    """Turn and scale a map; a projection keeps its axes and its millimetres."""
-    scaled = to_unit_scale(mesh.vertices, piece, flattening.plane)
-    if flattening.method == "orthographic":
-        return flattening.plane
-    return to_principal_axes(mesh.vertices, piece, scaled)
+    return lay_flat(
+        mesh.vertices[piece.vertex_ids],
+        piece.faces,
+        name=mesh.name,
+        method=config.method,
+        axis=None if config.axis is None else np.array(config.axis),
+        centre=None if config.centre is None else np.array(config.centre),
+        projection=config.projection or "equidistant",
+        meridian=meridian,
+        most_lost=MOST_LOST,
+        most_anisotropy=MOST_ANISOTROPY,
+        most_reduced=MOST_REDUCED,
+    )
 
 
 def _worst(distortion: Distortion, px_per_mm: float) -> str:

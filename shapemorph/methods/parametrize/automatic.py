@@ -1,18 +1,23 @@
 """Choose a flattening that neither folds nor overlaps, and say why."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import StageError
-from shapemorph.methods.distortion import singular_values, weighted_quantile
+from shapemorph.methods.distortion import local_scale, singular_values, weighted_quantile
 from shapemorph.methods.parametrize.boundary_first import parametrise_boundary_first
 from shapemorph.methods.parametrize.conformal_lscm import parametrise_lscm
 from shapemorph.methods.parametrize.harmonic_disk import parametrise_on_disk
 from shapemorph.methods.parametrize.overlap import overlap_share
+from shapemorph.methods.parametrize.slim import parametrise_slim
 from shapemorph.methods.parametrize.untangle import flipped_faces, untangle
+
+WORST = 0.01  # share of the area that the judgement of a map is about
+MOST_SLIM_FACES = 300_000  # beyond, the locally injective map takes minutes
+Maker = Callable[[Floats, Ints], Floats]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +34,9 @@ class Flattening:
     flipped_share, overlap_share : float
         Of the area on the surface, and of the area in the plane.
     anisotropy : float
-        sigma_1 / sigma_2 that 95 % of the area stays below.
+        sigma_1 / sigma_2 that 99 % of the area stays below.
+    reduced : float
+        How many times smaller than the median the worst 1 % of the area is shown.
     """
 
     plane: Floats
@@ -39,6 +46,12 @@ class Flattening:
     flipped_share: float
     overlap_share: float
     anisotropy: float
+    reduced: float
+
+    @property
+    def lost(self) -> float:
+        """Share of the surface that the picture does not show, or shows twice."""
+        return self.flipped_share + self.overlap_share
 
     def describe(self) -> str:
         """Say in half a sentence what it is and how well it lies."""
@@ -46,15 +59,21 @@ class Flattening:
         return (
             f"{NAMES[self.method]}: {self.flips} flipped triangles{mended}, "
             f"{100 * self.overlap_share:.2g} % overlap, stretched by less than "
-            f"{self.anisotropy:.3g} : 1 on 95 % of the area"
+            f"{self.anisotropy:.3g} : 1 and reduced by less than {self.reduced:.3g} on 99 % of the "
+            "area"
         )
 
 
 NAMES = {
     "bff": "boundary-first map",
     "lscm": "least-squares conformal map",
-    "disk": "map onto a disk",
+    "arap": "as-rigid-as-possible map",
+    "slim": "locally injective map",
+    "harmonic": "map onto a disk",
     "orthographic": "parallel projection",
+    "spherical": "spherical map",
+    "cylindrical": "unrolled cylinder",
+    "profile": "map by the meridian's length",
 }
 
 
@@ -73,6 +92,7 @@ def judge(vertices: Floats, faces: Ints, plane: Floats, method: str) -> Flatteni
     flipped = distortion.sigma_2 <= 0
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(flipped, np.nan, distortion.sigma_1 / distortion.sigma_2)
+    scale = local_scale(distortion)
     return Flattening(
         plane=plane,
         method=method,
@@ -80,12 +100,19 @@ def judge(vertices: Floats, faces: Ints, plane: Floats, method: str) -> Flatteni
         mended=0,
         flipped_share=float(distortion.area[flipped].sum() / distortion.area.sum()),
         overlap_share=overlap_share(plane, faces),
-        anisotropy=weighted_quantile(ratio, distortion.area, 0.95),
+        anisotropy=weighted_quantile(ratio, distortion.area, 1 - WORST),
+        reduced=weighted_quantile(scale, distortion.area, 0.5)
+        / weighted_quantile(scale, distortion.area, WORST),
     )
 
 
 def flatten_automatically(
-    vertices: Floats, faces: Ints, *, most_lost: float, most_anisotropy: float
+    vertices: Floats,
+    faces: Ints,
+    *,
+    most_lost: float,
+    most_anisotropy: float,
+    most_reduced: float,
 ) -> tuple[Flattening, str]:
     """Take the boundary-first map if it is sound, else the next best.
 
@@ -97,7 +124,9 @@ def flatten_automatically(
     most_lost : float
         Share of the area that may be flipped or overlap.
     most_anisotropy : float
-        sigma_1 / sigma_2 that 95 % of the area must stay below.
+        sigma_1 / sigma_2 that 99 % of the area must stay below.
+    most_reduced : float
+        How many times smaller than the median the worst 1 % of the area may be shown.
 
     Returns
     -------
@@ -105,31 +134,51 @@ def flatten_automatically(
     str
         Why this one, for people.
     """
-    makers: Sequence[tuple[str, Callable[[Floats, Ints], Floats]]] = (
-        ("bff", parametrise_boundary_first),
-        ("lscm", parametrise_lscm),
-        ("disk", parametrise_on_disk),
-    )
-    refused = []
-    tried = []
-    for method, make in makers:
+    limits = (most_lost, most_anisotropy, most_reduced)
+    refused: list[str] = []
+    tried: list[Flattening] = []
+    for method in ("bff", "lscm", "slim", "harmonic"):
+        if method == "lscm" and tried and _only_reduces(tried[0], limits):
+            continue  # as conformal as the first, and less even
+        if method == "slim" and len(faces) > MOST_SLIM_FACES:
+            refused.append(f"{NAMES[method]}: not tried on more than {MOST_SLIM_FACES} triangles")
+            continue
         try:
-            flattening = mend_and_judge(vertices, faces, make(vertices, faces), method)
+            plane = _maker(method)(vertices, faces)
+            flattening = mend_and_judge(vertices, faces, plane, method)
         except StageError as error:
             refused.append(str(error))
             continue
         tried.append(flattening)
-        if _lost(flattening) <= most_lost and flattening.anisotropy <= most_anisotropy:
+        if _badness(flattening, limits) <= 1:
             return flattening, _why(flattening, refused)
         refused.append(flattening.describe())
     if not tried:
         raise StageError("; ".join(refused))
-    best = min(tried, key=lambda each: (_lost(each) > most_lost, each.anisotropy))
+    best = min(tried, key=lambda each: (each.lost > most_lost, _badness(each, limits)))
     return best, _why(best, [*refused, "none is sound, this is the best of them"])
 
 
-def _lost(flattening: Flattening) -> float:
-    return flattening.flipped_share + flattening.overlap_share
+def _maker(method: str) -> Maker:
+    makers: dict[str, Maker] = {
+        "bff": parametrise_boundary_first,
+        "lscm": parametrise_lscm,
+        "slim": parametrise_slim,
+        "harmonic": parametrise_on_disk,
+    }
+    return makers[method]
+
+
+def _badness(flattening: Flattening, limits: tuple[float, float, float]) -> float:
+    """How far beyond a limit a map lies; up to 1 it is sound."""
+    reached = (flattening.lost, flattening.anisotropy, flattening.reduced)
+    over = [value / limit for value, limit in zip(reached, limits, strict=True)]
+    return float(np.nan_to_num(max(over), nan=np.inf))
+
+
+def _only_reduces(flattening: Flattening, limits: tuple[float, float, float]) -> bool:
+    sound = flattening.lost <= limits[0] and flattening.anisotropy <= limits[1]
+    return sound and flattening.reduced > limits[2]
 
 
 def _why(flattening: Flattening, refused: list[str]) -> str:

@@ -12,6 +12,7 @@ stereo-DIC, Opt. Lasers Eng. (2017), doi 10.1016/j.optlaseng.2017.06.020, Eq. 5.
 import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
+from shapemorph.methods.parametrize.frames import screen
 
 
 def parametrise_orthographic(vertices: Floats, faces: Ints, *, axis: Floats | None) -> Floats:
@@ -34,7 +35,7 @@ def parametrise_orthographic(vertices: Floats, faces: Ints, *, axis: Floats | No
     """
     towards = mean_axis(vertices, faces) if axis is None else np.asarray(axis, dtype=np.float64)
     towards = towards / np.linalg.norm(towards)
-    right, up = _screen(towards)
+    right, up = screen(towards)
     return np.stack([vertices @ right, vertices @ up], axis=1)
 
 
@@ -51,11 +52,3 @@ def mean_axis(vertices: Floats, faces: Ints) -> Floats:
     _, directions = np.linalg.eigh((offsets * area[:, None]).T @ offsets)
     axis: Floats = directions[:, 0]
     return axis if normals.sum(axis=0) @ axis >= 0 else -axis
-
-
-def _screen(towards: Floats) -> tuple[Floats, Floats]:
-    """Right and up of a viewer, up being Y as far as possible (X for a viewer along Y)."""
-    upward = np.array([0.0, 1.0, 0.0]) if abs(towards[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
-    up = upward - (upward @ towards) * towards
-    up /= np.linalg.norm(up)
-    return np.cross(up, towards), up

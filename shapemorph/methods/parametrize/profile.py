@@ -1,0 +1,109 @@
+"""Profile map: around an axis, the radius in the picture is the arc length of the meridian.
+
+It is the paper's own flattening of the bulge, there along a meridian from a finite-element
+model (K. Genovese, D. Sorgente, Opt. Lasers Eng. 2017, doi
+10.1016/j.optlaseng.2017.06.020).
+"""
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats, Ints
+from shapemorph.methods.parametrize.frames import screen, show_outer_side, vertex_areas
+from shapemorph.methods.parametrize.meridian import (
+    Meridian,
+    arc_length,
+    curve_meridian,
+    measure_meridian,
+)
+from shapemorph.methods.parametrize.revolution_axis import fit_revolution_axis
+from shapemorph.methods.parametrize.round_fit import tukey
+
+SHIFTS = 12  # steps that lay a given meridian on the surface
+STARTS = 5
+
+
+def parametrise_profile(
+    vertices: Floats,
+    faces: Ints,
+    *,
+    centre: Floats | None,
+    axis: Floats | None,
+    meridian: Floats | None,
+) -> Floats:
+    """Map a surface of revolution, about so, by arc length along its meridian.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+    faces : (F, 3)
+        A disk with holes.
+    centre : (3,) or None
+        A point of the axis; None: of the axis that most normals meet.
+    axis : (3,) or None
+        Its direction; None: as `centre`.
+    meridian : (K, 2) or None
+        r >= 0 and z along the axis, from the inside outward, in the unit of the vertices;
+        origin and sense of z are free. None: measured from the mesh.
+
+    Returns
+    -------
+    (V, 2)
+        In the unit of the vertices, true along meridians; x right, y up, faces
+        counter-clockwise. Where the meridian begins off the axis, so does the picture.
+    """
+    weights = vertex_areas(vertices, faces)
+    point, along = fit_revolution_axis(vertices, faces, centre=centre, axis=axis)
+    right, up = screen(along)
+    rings = (vertices - point) @ np.stack([right, up, along], axis=1)
+    radius = np.linalg.norm(rings[:, :2], axis=1)
+    half_plane = np.column_stack([radius, rings[:, 2]])
+    if meridian is None:
+        curve = measure_meridian(rings, vertices, faces, weights)
+    else:
+        curve = lay_meridian(meridian, half_plane, weights)
+    arc = arc_length(curve, half_plane)
+    stretch = np.where(radius > 0, arc / np.where(radius > 0, radius, 1.0), 1.0)
+    return show_outer_side(vertices, faces, stretch[:, None] * rings[:, :2])
+
+
+def lay_meridian(meridian: Floats, points: Floats, weights: Floats) -> Meridian:
+    """Shift a curve along the axis, either way up, to where points (N, 2) of r, z lie.
+
+    Parameters
+    ----------
+    meridian : (K, 2)
+        r, z.
+    points : (N, 2)
+    weights : (N,)
+    """
+    tried = [
+        _shift(meridian * np.array([1.0, sense]), start, points, weights)
+        for sense in (1.0, -1.0)
+        for start in np.linspace(0.0, 1.0, STARTS)
+    ]
+    return curve_meridian(min(tried, key=lambda each: each[1])[0])
+
+
+def _shift(meridian: Floats, start: float, points: Floats, weights: Floats) -> tuple[Floats, float]:
+    """Move a curve to the nearest points of the surface; return it and the mean distance."""
+    from scipy.spatial import cKDTree
+
+    dense = _refine(meridian)
+    size = float(np.ptp(dense))
+    low, high = points[:, 1].min(), points[:, 1].max()
+    shift = (1 - start) * (low - dense[:, 1].min()) + start * (high - dense[:, 1].max())
+    tree = cKDTree(dense)
+    for _ in range(SHIFTS):
+        distance, nearest = (np.asarray(a) for a in tree.query(points - [0.0, shift]))
+        trust = weights * tukey(distance / size)
+        trust = trust if trust.any() else weights
+        shift += np.average(points[:, 1] - shift - dense[nearest, 1], weights=trust)
+    distance, _ = tree.query(points - [0.0, shift])
+    return meridian + np.array([0.0, shift]), float(np.average(distance, weights=weights))
+
+
+def _refine(meridian: Floats) -> Floats:
+    """Points along a polyline, close to each other."""
+    curve = curve_meridian(meridian)
+    arc = np.linspace(curve.arc[0], curve.arc[-1], 1000)
+    return np.column_stack([np.interp(arc, curve.arc, curve.points[:, k]) for k in (0, 1)])
