@@ -1,6 +1,6 @@
 """Pictures that correlation works on, and those that remember where each pixel lies in space."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -58,6 +58,12 @@ class Chart:
         Position (x, y) in px, pixel centres at integers.
     px_per_mm : float
         Nominal image scale.
+    page_starts : (P,) int64
+        A surface that no single piece of the plane can hold well lies on several pages,
+        side by side: the first column of each, px.
+    home : (M,) bool or None
+        Where pages show the same face: whether this triangle is the one that counts.
+        None: all do.
     """
 
     vertex_ids: Ints
@@ -65,10 +71,17 @@ class Chart:
     face_ids: Ints
     vertex_px: Floats
     px_per_mm: float
+    page_starts: Ints = field(default_factory=lambda: np.zeros(1, dtype=np.int64))
+    home: Bools | None = None
 
     def __post_init__(self) -> None:
         if len(self.vertex_ids) != len(self.vertex_px) or len(self.faces) != len(self.face_ids):
             raise DataError("a chart needs a position per vertex and a face id per triangle")
+
+    @property
+    def page_count(self) -> int:
+        """Number of pages."""
+        return len(self.page_starts)
 
     @property
     def corner_px(self) -> Floats:

@@ -19,11 +19,14 @@ class Measurement:
         from the outer side.
     arrays : dict of str to array
         Point arrays by the names of the file contract (status, chart, deformed_position, ...).
+    grid_index : (N,) int64 or None
+        Number of each point in the flattened correlation grid; None: not from a grid.
     """
 
     reference: Floats
     cells: Ints
     arrays: dict[str, Floats]
+    grid_index: Ints | None = None
 
     def __post_init__(self) -> None:
         for name, values in self.arrays.items():

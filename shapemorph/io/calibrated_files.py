@@ -8,7 +8,26 @@ from shapemorph.core.image import CalibratedImage
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.io.images import write_grey_png
 from shapemorph.io.safe_files import whole_file
+from shapemorph.methods.charts.mosaic import take_page
 from shapemorph.methods.surface_lookup import pixel_positions
+
+
+def write_pages(stem: Path, mesh: TexturedMesh, image: CalibratedImage) -> None:
+    """Write a calibrated image, or each of its pages: ``stem_0.vti``, ``stem_0.png``, ...
+
+    Parameters
+    ----------
+    stem : Path
+        Path without suffix; its folder must exist.
+    mesh : TexturedMesh
+    image : CalibratedImage
+        Of that mesh.
+    """
+    if image.chart.page_count == 1:
+        write_calibrated(stem, mesh, image)
+        return
+    for number in range(image.chart.page_count):
+        write_calibrated(stem.with_name(f"{stem.name}_{number}"), mesh, take_page(image, number))
 
 
 def write_calibrated(stem: Path, mesh: TexturedMesh, image: CalibratedImage) -> None:

@@ -10,14 +10,21 @@ from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.core.surface import Alignment, StrainField, TrackedSurface
 from shapemorph.core.transform import RigidTransform
+from shapemorph.methods.charts.ownership import Ownership
 from shapemorph.methods.principal import hencky_of, stretch_of
 
 _WITHIN_NOISE = 3.0  # standard deviations below which a value says nothing
+_HEAD, _TAIL = slice(None, -1), slice(1, None)
+_CORNERS = ((_HEAD, _HEAD), (_HEAD, _TAIL), (_TAIL, _TAIL), (_TAIL, _HEAD))  # around a cell
 _FOR_LOST_POINTS_TOO = {"status", "chart", "reference_px", "zncc", "iterations"}
 
 
 def assemble_measurement(
-    grid: CorrelationGrid, tracked: TrackedSurface, alignment: Alignment, field: StrainField
+    grid: CorrelationGrid,
+    tracked: TrackedSurface,
+    alignment: Alignment,
+    field: StrainField,
+    ownership: Ownership,
 ) -> Measurement:
     """Gather everything that was measured at the grid points inside the mask.
 
@@ -27,6 +34,9 @@ def assemble_measurement(
     tracked : TrackedSurface
     alignment : Alignment
     field : StrainField
+    ownership : Ownership
+        Pages of the points; those that only repeat what another page shows are left out,
+        but for the corners of cells along the seam.
 
     Returns
     -------
@@ -36,11 +46,11 @@ def assemble_measurement(
         else is NaN there.
     """
     status = _final_status(tracked, field)
-    rows = status != PointStatus.OUTSIDE_MASK
+    rows, whole = _taken(status, ownership.owned)
     arrays: dict[str, Any] = {
         "status": status,
-        "chart": np.zeros(status.shape, dtype=np.int64),
-        **_positions(grid, tracked, alignment),
+        "chart": ownership.page,
+        **_positions(grid, tracked, alignment, ownership),
         **_strains(field),
         "zncc": grid.zncc,
         "iterations": grid.iterations,
@@ -51,9 +61,24 @@ def assemble_measurement(
     lost = status != PointStatus.OK
     return Measurement(
         reference=tracked.reference[rows],
-        cells=_cells(status, rows, tracked),
+        cells=_cells(whole, rows, tracked),
         arrays={name: _rows_of(name, values, rows, lost) for name, values in arrays.items()},
+        grid_index=np.flatnonzero(rows),
     )
+
+
+def _taken(status: Codes, owned: Bools) -> tuple[Bools, Bools]:
+    """Points (R, C) that are taken, and cells (R-1, C-1) between four of them that are OK."""
+    sound = status == PointStatus.OK
+    whole, touched = np.ones_like(sound[1:, 1:]), np.zeros_like(sound[1:, 1:])
+    for corner in _CORNERS:
+        whole &= sound[corner]
+        touched |= owned[corner]
+    whole &= touched
+    rows = owned & (status != PointStatus.OUTSIDE_MASK)
+    for corner in _CORNERS:
+        rows[corner] |= whole
+    return rows, whole
 
 
 def _final_status(tracked: TrackedSurface, field: StrainField) -> Codes:
@@ -64,15 +89,23 @@ def _final_status(tracked: TrackedSurface, field: StrainField) -> Codes:
 
 
 def _positions(
-    grid: CorrelationGrid, tracked: TrackedSurface, alignment: Alignment
+    grid: CorrelationGrid,
+    tracked: TrackedSurface,
+    alignment: Alignment,
+    ownership: Ownership,
 ) -> dict[str, Floats]:
     reference_from_deformed = RigidTransform(alignment.rotation, alignment.translation)
     return {
         "deformed_position": tracked.deformed,
         "displacement": reference_from_deformed.apply(tracked.deformed) - tracked.reference,
-        "reference_px": grid.reference_px,
-        "deformed_px": grid.deformed_px,
+        "reference_px": _on_page(grid.reference_px, ownership.reference_left),
+        "deformed_px": _on_page(grid.deformed_px, ownership.deformed_left),
     }
+
+
+def _on_page(points_px: Floats, left: Floats) -> Floats:
+    """Positions in the picture of the page itself."""
+    return points_px - np.stack([left, np.zeros_like(left)], axis=-1)
 
 
 def _strains(field: StrainField) -> dict[str, Floats]:
@@ -102,14 +135,11 @@ def _rows_of(name: str, values: Any, rows: Bools, lost: Bools) -> Floats:
     return chosen
 
 
-def _cells(status: Codes, rows: Bools, tracked: TrackedSurface) -> Ints:
+def _cells(whole: Bools, rows: Bools, tracked: TrackedSurface) -> Ints:
     """Quads between four OK neighbours, counter-clockwise seen against their normals."""
-    number = np.full(status.shape, -1)
+    number = np.full(rows.shape, -1)
     number[rows] = np.arange(rows.sum())
-    corners = [number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]]
-    sound = status == PointStatus.OK
-    whole = sound[:-1, :-1] & sound[:-1, 1:] & sound[1:, 1:] & sound[1:, :-1]
-    cells = np.stack([corner[whole] for corner in corners], axis=1).astype(np.int64)
+    cells = np.stack([number[corner][whole] for corner in _CORNERS], axis=1).astype(np.int64)
     return cells if _is_outward(cells, tracked, rows) else cells[:, ::-1].copy()
 
 

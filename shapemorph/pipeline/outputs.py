@@ -63,9 +63,12 @@ class Finished:
     def measurement(self) -> Measurement:
         """Every measured point."""
         from shapemorph.methods.assemble import assemble_measurement
+        from shapemorph.methods.charts.ownership import assign_points
 
-        names = ("correlate", "lift", "align", "strain")
-        return assemble_measurement(*(self.results.load(name) for name in names))
+        load = self.results.load
+        grid, tracked = load("correlate"), load("lift")
+        ownership = assign_points(load("flatten"), grid, tracked)
+        return assemble_measurement(grid, tracked, load("align"), load("strain"), ownership)
 
     def nouns(self) -> RunResults:
         """Collect everything for the figures, with a summary as it stands now."""
@@ -118,12 +121,12 @@ def _write_config(run: Finished, folder: Path) -> None:
 
 
 def _write_pictures(run: Finished, folder: Path) -> None:
-    from shapemorph.io.calibrated_files import write_calibrated
+    from shapemorph.io.calibrated_files import write_pages
 
     pair = run.results.load("flatten")
     (folder / "flatten").mkdir()
     for side, surface in (("reference", pair.reference), ("deformed", pair.deformed)):
-        write_calibrated(folder / "flatten" / side, run.results.load(side), surface.calibrated)
+        write_pages(folder / "flatten" / side, run.results.load(side), surface.calibrated)
 
 
 def _write_measurement(run: Finished, folder: Path) -> None:
@@ -165,7 +168,10 @@ OUTPUTS: tuple[Output, ...] = (
     Output("run.yaml", (), _everything, _write_config),
     Output("flatten", ("flatten",), lambda _: None, _write_pictures),
     Output(
-        "measurement", ("correlate", "lift", "align", "strain"), _everything, _write_measurement
+        "measurement",
+        ("flatten", "correlate", "lift", "align", "strain"),
+        _everything,
+        _write_measurement,
     ),
     Output("figures", _ALL, lambda config: config.report.model_dump(), _write_figures),
     Output("summary", _ALL, _everything, _write_summary),

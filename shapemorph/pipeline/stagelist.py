@@ -22,6 +22,7 @@ from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import CalibratedImage, GreyImage
 from shapemorph.core.inputreports import InputReports
 from shapemorph.core.landmarks import Landmarks
+from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.morphed import Morphed
@@ -46,18 +47,35 @@ def _flatten(
 
 
 def _match(pair: FlattenedPair, section: MatchConfig) -> Matches:
+    from shapemorph.methods.charts.binding import match_by_page
     from shapemorph.stages.match import match
 
-    return match(pair.reference.calibrated.image, pair.deformed.calibrated.image, section)
+    return match_by_page(
+        lambda left, right: match(left, right, section),
+        pair.reference.calibrated,
+        pair.deformed.calibrated,
+    )
 
 
-def _morph(
-    deformed: TexturedMesh, pair: FlattenedPair, matches: Matches, section: MorphConfig
+def _morph(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
+    reference: TexturedMesh,
+    deformed: TexturedMesh,
+    pair: FlattenedPair,
+    matches: Matches,
+    law_inputs: LawInputs,
+    section: MorphConfig,
 ) -> Morphed:
     from shapemorph.stages.morph import morph
 
-    shape = pair.reference.calibrated.image.shape
-    return morph(deformed, pair.deformed.calibrated, matches, shape, section)
+    return morph(
+        reference,
+        pair.reference.calibrated,
+        deformed,
+        pair.deformed.calibrated,
+        matches,
+        law_inputs,
+        section,
+    )
 
 
 def _correlate(
@@ -127,7 +145,12 @@ STAGES: tuple[Stage, ...] = (
         elsewhere=frozenset({"profile"}),
     ),
     Stage("match", _match, ("flatten",)),
-    Stage("morph", _morph, ("deformed", "flatten", "match")),
+    Stage(
+        "morph",
+        _morph,
+        ("reference", "deformed", "flatten", "match", "law_inputs"),
+        elsewhere=frozenset({"laws", "images", "dots", "fe"}),
+    ),
     Stage("correlate", _correlate, ("reference", "deformed", "region", "flatten", "morph")),
     Stage("lift", _lift, ("reference", "deformed", "flatten", "correlate")),
     Stage(
@@ -139,7 +162,17 @@ STAGES: tuple[Stage, ...] = (
     Stage("strain", _strain, ("lift", "correlate")),
 )
 
-SOURCES = ("reference", "deformed", "reports", "landmarks", "region", "rigid_region", "meridian")
+SOURCES = (
+    "reference",
+    "deformed",
+    "reports",
+    "landmarks",
+    "region",
+    "rigid_region",
+    "meridian",
+    "law_inputs",
+    "all_law_inputs",
+)
 
 COMPUTED = tuple(stage.name for stage in STAGES if stage.name != "inputs")
 

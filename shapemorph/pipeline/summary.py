@@ -156,11 +156,11 @@ def measured_share(results: RunResults) -> dict[str, float]:
         (``share_of_region``) and of the whole surface (``share_of_surface``).
     """
     surface = results.pair.reference
-    tried = results.tracked.status != PointStatus.OUTSIDE_MASK
-    area = _point_area(results.grid, surface)[tried]
+    area = _point_area(results.grid, surface).ravel()[results.measurement.grid_index]
     ok = results.measurement.arrays["status"] == PointStatus.OK
     good, region = float(np.nansum(area[ok])), float(np.nansum(area))
-    whole = float(surface.distortion.area.sum())
+    home = surface.calibrated.chart.home
+    whole = float(surface.distortion.area[slice(None) if home is None else home].sum())
     return {
         "area_mm2": good,
         "share_of_region": good / region if region else 0.0,

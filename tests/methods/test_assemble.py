@@ -6,6 +6,7 @@ from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.status import PointStatus
 from shapemorph.core.surface import Alignment, TrackedSurface
 from shapemorph.methods.assemble import assemble_measurement
+from shapemorph.methods.charts.ownership import Ownership
 from shapemorph.stages.strain import strain
 
 TURN = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
@@ -74,7 +75,12 @@ def case(normal=1.0):
     )
     nothing = np.zeros(0, dtype=np.int64)
     alignment = Alignment(TURN, SHIFT, "points", 0.0, np.zeros(1), 1, 1.0, nothing, "")
-    return grid, tracked, alignment, strain(tracked, grid, StrainConfig())
+    return grid, tracked, alignment, strain(tracked, grid, StrainConfig()), one_page(status)
+
+
+def one_page(status):
+    nothing = np.zeros(status.shape)
+    return Ownership(nothing.astype(np.int64), nothing == 0, nothing, nothing.copy())
 
 
 @pytest.fixture(scope="module")
@@ -135,9 +141,9 @@ def test_measures_agree_with_the_stretches(measurement):
 
 
 def test_anisotropy_is_missing_where_e2_is_within_its_noise():
-    grid, tracked, alignment, field = case()
+    grid, tracked, alignment, field, pages = case()
     field.e2[:] = 0.5 * field.sigma_e2
-    found = assemble_measurement(grid, tracked, alignment, field)
+    found = assemble_measurement(grid, tracked, alignment, field, pages)
     assert np.isnan(found.arrays["anisotropy"]).all()
     assert np.isfinite(found.arrays["E2"]).any()
 
@@ -155,3 +161,31 @@ def test_cells_turn_counter_clockwise_seen_from_the_outer_side(normal):
     corners = found.reference[found.cells]
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     assert (across[:, 2] * normal > 0).all()
+
+
+def test_a_repeated_point_stays_only_as_the_corner_of_a_cell_on_the_seam():
+    grid, tracked, alignment, field, pages = case()
+    columns = grid.reference_px[..., 0]
+    pages.owned[:] = columns < np.median(columns)
+    pages.page[:] = columns > np.percentile(columns, 20)
+    found = assemble_measurement(grid, tracked, alignment, field, pages)
+    kept = np.zeros(grid.status.size, dtype=bool)
+    kept[found.grid_index] = True
+    per_column = kept.reshape(grid.status.shape).any(axis=0)
+    inside = (grid.status != PointStatus.OUTSIDE_MASK).any(axis=0)
+    owned = pages.owned.any(axis=0)
+    seam = np.flatnonzero(owned)[-1] + 1
+    np.testing.assert_array_equal(per_column, inside & (owned | (np.arange(len(owned)) == seam)))
+    assert set(found.arrays["chart"]) == {0, 1}
+
+
+def test_positions_are_those_in_the_picture_of_the_page():
+    grid, tracked, alignment, field, pages = case()
+    pages.reference_left[:] = 100.0
+    pages.deformed_left[:] = 7.0
+    found = assemble_measurement(grid, tracked, alignment, field, pages)
+    whole = assemble_measurement(*case())
+    moved = whole.arrays["reference_px"] - found.arrays["reference_px"]
+    np.testing.assert_allclose(moved, np.broadcast_to([100.0, 0.0], moved.shape))
+    moved = whole.arrays["deformed_px"] - found.arrays["deformed_px"]
+    np.testing.assert_allclose(moved[np.isfinite(moved[:, 0])][0], [7.0, 0.0])

@@ -66,7 +66,12 @@ def pair_half_edges(faces: Ints, *, name: str) -> tuple[Ints, Ints]:
 
 
 def cut_piece(vertices: Floats, faces: Ints, *, name: str) -> Piece:
-    """Take the piece with the largest area, and part the surface where only a vertex holds it.
+    """Take the piece with the largest area; see :func:`cut_pieces`."""
+    return cut_pieces(vertices, faces, name=name)[0]
+
+
+def cut_pieces(vertices: Floats, faces: Ints, *, name: str) -> list[Piece]:
+    """Part a surface into connected pieces, also where only a vertex holds it together.
 
     Parameters
     ----------
@@ -74,6 +79,11 @@ def cut_piece(vertices: Floats, faces: Ints, *, name: str) -> Piece:
     faces : (F, 3)
     name : str
         What errors call the mesh.
+
+    Returns
+    -------
+    list of Piece
+        The largest area first.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -85,7 +95,7 @@ def cut_piece(vertices: Floats, faces: Ints, *, name: str) -> Piece:
     corners = faces.size
     linked = coo_array((np.ones(len(rows), np.int8), (rows, cols)), shape=(corners, corners))
     _, fan = connected_components(linked, directed=False)
-    return _largest_piece(vertices, faces, pairs, fan.astype(np.int64).reshape(-1, 3))
+    return _pieces(vertices, faces, pairs, fan.astype(np.int64).reshape(-1, 3))
 
 
 def _next_corner(corner: Ints) -> Ints:
@@ -93,7 +103,7 @@ def _next_corner(corner: Ints) -> Ints:
     return following
 
 
-def _largest_piece(vertices: Floats, faces: Ints, pairs: Ints, fans: Ints) -> Piece:
+def _pieces(vertices: Floats, faces: Ints, pairs: Ints, fans: Ints) -> list[Piece]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -101,11 +111,19 @@ def _largest_piece(vertices: Floats, faces: Ints, pairs: Ints, fans: Ints) -> Pi
     linked = coo_array(
         (np.ones(len(pairs), np.int8), (pairs[:, 0] // 3, pairs[:, 1] // 3)), shape=(count, count)
     )
-    _, label = connected_components(linked, directed=False)
+    number, label = connected_components(linked, directed=False)
     side_1 = vertices[faces[:, 1]] - vertices[faces[:, 0]]
     side_2 = vertices[faces[:, 2]] - vertices[faces[:, 0]]
-    area = np.linalg.norm(np.cross(side_1, side_2), axis=1)
-    face_ids = np.flatnonzero(label == np.bincount(label, area).argmax())
+    area = np.bincount(label, np.linalg.norm(np.cross(side_1, side_2), axis=1), minlength=number)
+    by_label = np.argsort(label, kind="stable")
+    ends = np.cumsum(np.bincount(label, minlength=number))
+    return [
+        _piece(faces, fans, by_label[(ends[k - 1] if k else 0) : ends[k]])
+        for k in np.argsort(-area, kind="stable")
+    ]
+
+
+def _piece(faces: Ints, fans: Ints, face_ids: Ints) -> Piece:
     _, first, renamed = np.unique(fans[face_ids], return_index=True, return_inverse=True)
     return Piece(faces[face_ids].ravel()[first], renamed.reshape(-1, 3).astype(np.int64), face_ids)
 

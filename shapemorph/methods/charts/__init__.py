@@ -1,0 +1,1 @@
+"""Several charts of one surface: how it is split, laid side by side, and put together again."""

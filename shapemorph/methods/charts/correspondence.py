@@ -1,0 +1,236 @@
+"""Which part of the deformed surface shows what a chart of the reference shows."""
+
+import logging
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.errors import StageError
+from shapemorph.core.image import CalibratedImage, SurfacePoints
+from shapemorph.core.mesh import TexturedMesh
+from shapemorph.methods.charts.atlas import face_areas
+from shapemorph.methods.charts.graph import edge_graph, nearest_source
+from shapemorph.methods.charts.mosaic import take_page
+from shapemorph.methods.charts.splitting import Patch
+from shapemorph.methods.features import Features
+from shapemorph.methods.first_pairs import (
+    Budget,
+    Side,
+    budgets,
+    measure_side,
+    pair_features,
+    side_features,
+)
+from shapemorph.methods.surface_lookup import locate, positions
+
+_log = logging.getLogger(__name__)
+
+LEAST_GROUP = 12  # pairs between two pages that are not chance
+REACHED = 98.0  # percentile of the reference page that lies within reach of a pair
+STRETCH = 90.0  # percentile of the local stretch that the reach allows for
+MARGIN = 1.3  # times the reach
+LEAST_REACH, MOST_REACH = 0.04, 0.3  # of the square root of the area of the deformed page
+ENCLOSED = 0.25  # of the region: larger gaps in it are not filled
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Leaf:
+    """A page as a picture, and its pattern if it has one."""
+
+    image: CalibratedImage
+    side: Side | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places:
+    """Pairs between two meshes."""
+
+    reference: SurfacePoints
+    deformed: SurfacePoints
+
+    def __len__(self) -> int:
+        return len(self.reference.face)
+
+
+def corresponding_patches(
+    reference: tuple[TexturedMesh, CalibratedImage],
+    deformed: tuple[TexturedMesh, CalibratedImage],
+    *,
+    ratio: float,
+) -> list[Patch]:
+    """Find for every page of the reference the part of the deformed mesh that shows it.
+
+    The pages of both states were made independently. Features of every page of the one
+    are matched with those of every page of the other; what lies around the pairs of a
+    page, on the deformed surface, is its counterpart.
+
+    Parameters
+    ----------
+    reference, deformed : (TexturedMesh, CalibratedImage)
+        The pages of each, side by side.
+    ratio : float
+        Of the best to the second best match, see ``match.ratio``.
+
+    Returns
+    -------
+    list of Patch
+        Of faces of the deformed mesh, one for each page; a page without pairs gets the
+        first page of the deformed mesh, where it will match nothing.
+    """
+    ours, theirs = _leaves(reference[1], "reference"), _leaves(deformed[1], "deformed")
+    spare = np.unique(take_page(deformed[1], 0).chart.face_ids)
+    patches = []
+    for number, places in enumerate(_match_pages(ours, theirs, ratio)):
+        faces = spare
+        if len(places) < LEAST_GROUP:
+            _log.warning("chart %d of the reference matches nothing", number)
+        else:
+            page = np.unique(ours[number].image.chart.face_ids)
+            faces = _counterpart(reference[0], page, deformed[0], places)
+        patches.append(Patch(faces, np.ones(len(faces), dtype=bool)))
+    return patches
+
+
+def _leaves(image: CalibratedImage, name: str) -> list[_Leaf]:
+    """Take the pages apart and measure the speckle of each."""
+    pages = [take_page(image, number) for number in range(image.chart.page_count)]
+    return [_Leaf(page, _side(page, f"{name} (chart {k})")) for k, page in enumerate(pages)]
+
+
+def _side(page: CalibratedImage, name: str) -> Side | None:
+    try:
+        return measure_side(page.image, name)
+    except StageError as error:
+        _log.warning("%s", error)
+        return None
+
+
+def _match_pages(ours: Sequence[_Leaf], theirs: Sequence[_Leaf], ratio: float) -> Iterator[_Places]:
+    """Pairs of each of our pages with all of theirs."""
+    one = next((leaf.side for leaf in ours if leaf.side), None)
+    other = next((leaf.side for leaf in theirs if leaf.side), None)
+    if not (one and other):
+        yield from (_joined([]) for _ in ours)
+        return
+    mine, their = budgets(one, other)
+    features = [_features(leaf, their) for leaf in theirs]
+    for leaf in ours:
+        groups = _groups(leaf, _features(leaf, mine), theirs, features, ratio)
+        yield _joined([group for group in groups if len(group) >= LEAST_GROUP])
+
+
+def _features(leaf: _Leaf, budget: Budget) -> Features | None:
+    return side_features(leaf.side, budget) if leaf.side else None
+
+
+def _groups(
+    leaf: _Leaf,
+    features: Features | None,
+    theirs: Sequence[_Leaf],
+    their_features: Sequence[Features | None],
+    ratio: float,
+) -> Iterator[_Places]:
+    """Pairs of one of our pages with each of theirs."""
+    for other, found in zip(theirs, their_features, strict=True):
+        if features and found and other.side:
+            pairs = pair_features(features, found, std=other.side.std, ratio=ratio)
+            yield _lifted(leaf.image, pairs.source, other.image, pairs.target)
+
+
+def _lifted(
+    left: CalibratedImage, source: Floats, right: CalibratedImage, target: Floats
+) -> _Places:
+    one, other = locate(left, source), locate(right, target)
+    both = (one.face >= 0) & (other.face >= 0)
+    return _Places(
+        SurfacePoints(one.face[both], one.barycentric[both]),
+        SurfacePoints(other.face[both], other.barycentric[both]),
+    )
+
+
+def _joined(groups: Sequence[_Places]) -> _Places:
+    def all_of(sides: list[SurfacePoints]) -> SurfacePoints:
+        face = np.concatenate([np.empty(0, np.int64), *(side.face for side in sides)])
+        weights = np.concatenate([np.empty((0, 3)), *(side.barycentric for side in sides)])
+        return SurfacePoints(face, weights)
+
+    return _Places(all_of([g.reference for g in groups]), all_of([g.deformed for g in groups]))
+
+
+def _counterpart(
+    reference: TexturedMesh, page: Ints, deformed: TexturedMesh, places: _Places
+) -> Ints:
+    """Faces of the deformed mesh around the pairs of a page."""
+    gap = _gap(reference, page, places.reference)
+    reach = (
+        MARGIN
+        * gap
+        * _stretch(positions(reference, places.reference), positions(deformed, places.deformed))
+    )
+    graph = edge_graph(deformed.vertices, deformed.faces)
+    distance, _ = nearest_source(graph, _nearest_vertices(deformed, places.deformed))
+    size = float(face_areas(reference.vertices, reference.faces[page]).sum()) ** 0.5
+    reach = float(np.clip(reach, LEAST_REACH * size, MOST_REACH * size))
+    inside = np.asarray((distance[deformed.faces] <= reach).all(axis=1))
+    return np.flatnonzero(_filled(deformed, inside))
+
+
+def _gap(mesh: TexturedMesh, page: Ints, places: SurfacePoints) -> float:
+    """Distance from the pairs within which nearly all of a page lies."""
+    faces = mesh.faces[page]
+    distance, _ = nearest_source(edge_graph(mesh.vertices, faces), _nearest_vertices(mesh, places))
+    known = distance[np.unique(faces)]
+    return float(np.percentile(known[np.isfinite(known)], REACHED))
+
+
+def _nearest_vertices(mesh: TexturedMesh, places: SurfacePoints) -> Ints:
+    corner = places.barycentric.argmax(axis=1)
+    nearest: Ints = np.unique(mesh.faces[places.face, corner])
+    return nearest
+
+
+def _stretch(before: Floats, after: Floats) -> float:
+    """Large value of the local stretch between neighbouring pairs."""
+    from scipy.spatial import cKDTree
+
+    distance, near = cKDTree(before).query(before, k=min(7, len(before)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.linalg.norm(after[near] - after[:, None], axis=2) / distance
+    return float(np.nanpercentile(np.nanmedian(ratio[:, 1:], axis=1), STRETCH))
+
+
+def _filled(mesh: TexturedMesh, inside: Bools) -> Bools:
+    """Fill the gaps that a region encloses; what lies around it stays outside."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    outside = np.flatnonzero(~inside)
+    if len(outside) == 0:
+        return inside
+    corners = mesh.faces[outside].ravel()
+    owner = np.repeat(np.arange(len(outside)), 3)
+    shape = (len(outside), len(mesh.vertices))
+    touches = coo_array((np.ones(len(owner), np.int8), (owner, corners)), shape=shape).tocsr()
+    joined = coo_array(touches.astype(np.int32) @ touches.astype(np.int32).T)
+    _, label = connected_components(joined, directed=False)
+    areas = np.bincount(label, face_areas(mesh.vertices, mesh.faces[outside]))
+    region = float(face_areas(mesh.vertices, mesh.faces[inside]).sum())
+    on_rim = _at_rim(mesh, outside, label.astype(np.int64), len(areas))
+    enclosed = (areas < ENCLOSED * region) & (np.arange(len(areas)) != areas.argmax()) & ~on_rim
+    filled = inside.copy()
+    filled[outside[enclosed[label]]] = True
+    return filled
+
+
+def _at_rim(mesh: TexturedMesh, faces: Ints, label: Ints, count: int) -> Bools:
+    """Which groups of faces touch the border of the mesh."""
+    ends = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    _, back, number = np.unique(
+        low * len(mesh.vertices) + high, return_inverse=True, return_counts=True
+    )
+    alone = (number[back] == 1).reshape(3, -1).any(axis=0)[faces]
+    touched: Bools = np.bincount(label, alone, minlength=count) > 0
+    return touched
