@@ -5,10 +5,15 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from shapemorph.core.flattened import FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.results import RunResults
-from shapemorph.view.maps import correlation_figure, distortion_figure
+from shapemorph.view.maps import (
+    correlation_figure,
+    distortion_figure,
+    surface_distortion_figure,
+)
 from shapemorph.view.plots import histograms_figure, matches_figure, morph_figure
 from shapemorph.view.style import DPI
 
@@ -33,6 +38,12 @@ def write_flat_figures(results: RunResults, folder: Path) -> None:
 def write_planar_figures(grid: CorrelationGrid, reference: GreyImage, folder: Path) -> None:
     """Draw the figures of a correlation of two images; needs no OpenGL."""
     write_pictures(encoded(iter([("correlation", correlation_figure(grid, reference))])), folder)
+
+
+def write_distortion_figure(name: str, surface: FlattenedSurface, folder: Path) -> None:
+    """Draw what the flattening did to one surface, as ``distortion.png``; needs no OpenGL."""
+    figure = surface_distortion_figure(name, surface)
+    write_pictures(encoded(iter([("distortion", figure)])), folder)
 
 
 def encoded(figures: Named) -> Iterator[tuple[str, bytes]]:

@@ -201,6 +201,18 @@ def distortion_figure(pair: FlattenedPair) -> "Figure":
     return figure
 
 
+def surface_distortion_figure(name: str, surface: FlattenedSurface) -> "Figure":
+    """Map what the flattening did to area and shape of one surface."""
+    shape = surface.calibrated.image.shape
+    note = "σ₁ ≥ σ₂: stretch of each triangle, px per mm; area change 0 and anisotropy 1 are ideal"
+    heading = Heading(f"Distortion by the flattening ({surface.method})", note)
+    figure, boxes = _panel_grid(2, [shape] * 2, heading)
+    for panel, box in zip(_distortion_panels(name, surface), boxes, strict=True):
+        axes = _map_axes(figure, box, panel.title, shape)
+        _draw_map(figure, axes, box, panel)
+    return figure
+
+
 def _distortion_panels(name: str, surface: FlattenedSurface) -> list[Panel]:
     """Area change and anisotropy of one surface on its picture."""
     triangle = surface.calibrated.triangle

@@ -94,8 +94,8 @@ def _shift(meridian: Floats, start: float, points: Floats, weights: Floats) -> t
     shift = (1 - start) * (low - dense[:, 1].min()) + start * (high - dense[:, 1].max())
     tree = cKDTree(dense)
     for _ in range(SHIFTS):
-        distance, nearest = (np.asarray(a) for a in tree.query(points - [0.0, shift]))
-        trust = weights * tukey(distance / size)
+        distance, nearest = tree.query(points - [0.0, shift])
+        trust = weights * tukey(np.asarray(distance) / size)
         trust = trust if trust.any() else weights
         shift += np.average(points[:, 1] - shift - dense[nearest, 1], weights=trust)
     distance, _ = tree.query(points - [0.0, shift])
