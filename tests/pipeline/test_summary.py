@@ -58,7 +58,8 @@ def _results(status):
     )
     tried = status != PointStatus.OUTSIDE_MASK
     arrays = {"status": status[tried].astype(float)}
-    measurement = Measurement(np.zeros((int(tried.sum()), 3)), np.zeros((0, 4), int), arrays)
+    places, cells = np.zeros((int(tried.sum()), 3)), np.zeros((0, 4), int)
+    measurement = Measurement(places, cells, arrays, np.flatnonzero(tried))
     pair = FlattenedPair(_surface(), _surface())
     return RunResults(pair, None, None, grid, tracked, None, None, measurement, {}, None, None)
 
