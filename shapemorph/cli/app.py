@@ -19,6 +19,7 @@ from shapemorph.cli.runs import (
     read_finished_config,
     read_run_config,
     run_config,
+    with_steps,
 )
 from shapemorph.core.errors import ConfigError
 
@@ -83,7 +84,7 @@ def run(
     config
         YAML file, or the directory of a run.
     until
-        Last stage: inputs, flatten, match, morph, correlate, lift, align or strain.
+        Last stage: inputs, flatten, match, morph, correlate, lift, spread, align or strain.
     force
         Stage to run again, with all that depend on it; may be repeated.
     """
@@ -125,6 +126,7 @@ def morph(
     /,
     *,
     output: Output = None,
+    steps: int | None = None,
     settings: Settings = NO_SETTINGS,
     say: Say = SAY,
 ) -> int:
@@ -136,6 +138,8 @@ def morph(
         Picture before the deformation; or, alone, the YAML file of a run.
     deformed
         Picture after it.
+    steps
+        Pictures of the sequence, both originals included, even; chosen by itself if empty.
     """
     if is_config(reference) and deformed is None:
         return run_config(reference, output, settings, say, until="morph")
@@ -143,7 +147,7 @@ def morph(
     from shapemorph.pipeline.planar import morph_images
 
     second = both(deformed, "morph")
-    config, folder = defaults(settings), output or Path(f"{second.stem}_morph")
+    config, folder = defaults(with_steps(settings, steps)), output or Path(f"{second.stem}_morph")
     configure_log(say)
     with watching(say) as listener:
         outcome = morph_images(reference, second, folder, config, listener=listener)
@@ -209,6 +213,7 @@ def _stage_command(name: str, purpose: str) -> None:
 
 _stage_command("match", "Find which points of the two flattened pictures show the same material")
 _stage_command("lift", "Carry the correlated points back to space")
+_stage_command("spread", "Measure with further morph laws and compare")
 _stage_command("align", "Find the rigid motion between the two files")
 _stage_command("strain", "Measure strain on the tracked surface")
 

@@ -81,6 +81,15 @@ def defaults(settings: Settings) -> "RunConfig":
     return check_config({}, RunConfig, settings.set_)
 
 
+def with_steps(settings: Settings, steps: int | None) -> Settings:
+    """Turn the number N of pictures of a morph sequence into the setting `morph.images`."""
+    if steps is None:
+        return settings
+    if steps < 2 or steps % 2:
+        raise ConfigError(f"--steps expects an even number of pictures, at least 2, got {steps}")
+    return Settings([*settings.set_, f"morph.images={steps - 2}"])
+
+
 def both(deformed: Path | None, command: str) -> Path:
     """Insist on the second picture."""
     if deformed is None:

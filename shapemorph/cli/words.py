@@ -56,6 +56,7 @@ def describe_morph(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
     match = summary["match"]
     yield f"matches     {match['pairs']}, {_number(match['residual_px'])} px about the warp"
     yield f"folded      {match['fold_share']:.2%} of the matched area"
+    yield f"sequence    {summary['morph']['images']} pictures; {summary['morph']['reason']}"
     yield f"results     {folder}"
 
 

@@ -1,27 +1,32 @@
-"""What a run reads: two meshes, landmarks, regions; fingerprints first, content when needed."""
+"""What a run reads: meshes, landmarks, regions, laws; fingerprints first, content when needed."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from shapemorph.config import RegionConfig, RunConfig
+from shapemorph.config import Law, RegionConfig, RunConfig
 from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import ConfigError, DataError
 from shapemorph.core.inputreports import InputReports
 from shapemorph.core.landmarks import Landmarks
+from shapemorph.core.laws import LawInputs
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.meshreport import MeshReport
 from shapemorph.core.region import Region
 from shapemorph.io.mesh_sources import mesh_sources
 from shapemorph.pipeline.fingerprints import file_fingerprint, files_fingerprint, fingerprint
+from shapemorph.pipeline.law_inputs import law_files, law_fingerprint, read_law_inputs
 
+_LAW_SOURCES = ("law_inputs", "all_law_inputs")
 _SAME_OBJECT = 6.0  # a rubber balloon grows threefold; units differ tenfold or more
 
 
 class Inputs:
-    """Sources of a run by name: reference, deformed, reports, landmarks, region, rigid_region.
+    """Sources of a run by name.
 
+    They are reference, deformed, reports, landmarks, region, rigid_region, law_inputs (what
+    the main morph law reads) and all_law_inputs (what all listed laws read).
     Each is loaded once, when a stage first asks for it.
     """
 
@@ -82,6 +87,7 @@ class Inputs:
             *(r.mask for r in regions if r is not None),
         ]
         others = [path for path in optional if path is not None]
+        others += law_files(self._config.morph, self._config.morph.all_laws)
         meshes = [*mesh_sources(self.path("reference")), *mesh_sources(self.path("deformed"))]
         for path in others:
             if not path.is_file():
@@ -116,6 +122,13 @@ class Inputs:
         if name == "meridian":
             profile = self._config.flatten.profile
             return fingerprint(profile and (file_fingerprint(profile), self.unit("deformed")))
+        if name in _LAW_SOURCES:
+            return law_fingerprint(
+                self._config.morph,
+                self._laws(name),
+                self.unit("reference"),
+                lambda: self.fingerprint("landmarks"),
+            )
         return self._region_fingerprint(self._region_config(name))
 
     def _region_fingerprint(self, region: RegionConfig | None) -> str:
@@ -137,6 +150,8 @@ class Inputs:
             return self._read_reports()
         if name == "meridian":
             return self._read_meridian()
+        if name in _LAW_SOURCES:
+            return self._read_law_inputs(name)
         return self._read_landmarks() if name == "landmarks" else self._read_region(name)
 
     def _read_mesh(self, side: str) -> tuple[TexturedMesh, MeshReport]:
@@ -165,6 +180,20 @@ class Inputs:
             path,
             reference_scale=self._mm_per_unit("reference"),
             deformed_scale=self._mm_per_unit("deformed"),
+        )
+
+    def _laws(self, name: str) -> tuple[Law, ...]:
+        morph = self._config.morph
+        return (morph.law,) if name == "law_inputs" else morph.all_laws
+
+    def _read_law_inputs(self, name: str) -> LawInputs:
+        from shapemorph.io.meshes import MM_PER_UNIT
+
+        return read_law_inputs(
+            self._config.morph,
+            self._laws(name),
+            lambda unit: float(MM_PER_UNIT[unit or self.unit("reference")]),
+            lambda: self.load("landmarks"),
         )
 
     def _read_meridian(self) -> Floats | None:

@@ -11,13 +11,16 @@ import numpy as np
 
 from shapemorph.config import RunConfig
 from shapemorph.core.arrays import Bools
-from shapemorph.core.errors import DataError
+from shapemorph.core.errors import ConfigError, DataError
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
+from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
-from shapemorph.io.images import read_grey_image, write_grey_png
+from shapemorph.io.images import read_grey_image
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
+from shapemorph.pipeline.law_inputs import read_law_inputs
 from shapemorph.pipeline.run import Event, Listener
+from shapemorph.pipeline.sequence import MorphSequence, make_sequence, write_sequence
 from shapemorph.pipeline.summary import (
     correlation_figures,
     matching_figures,
@@ -78,9 +81,15 @@ def morph_images(
     clock = _Clock(listener)
     left, right = clock.run("read", lambda: _read_pair(reference, deformed, None))
     matches = clock.run("match", lambda: match(left, right, config.match))
+    warps = clock.run("law", lambda: _both_warps(left, right, matches, config))
+    sequence = clock.run("morph", lambda: make_sequence(left, right, warps, config.morph))
     with scratch_folder(folder) as scratch:
-        clock.run("morph", lambda: _write_morph(scratch, left, right, matches, config))
-        sections = {"match": matching_figures(matches), **run_figures(clock.seconds)}
+        clock.run("write", lambda: _write_morph(scratch, matches, warps, sequence))
+        sections = {
+            "match": matching_figures(matches),
+            "morph": {"law": config.morph.law, **sequence.figures()},
+            **run_figures(clock.seconds),
+        }
         write_json(scratch / "summary.json", sections)
         return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
 
@@ -123,6 +132,30 @@ def correlate_images(
         return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
 
 
+def _law_inputs(config: RunConfig) -> LawInputs:
+    """Read what the law of two plain pictures needs."""
+    morph = config.morph
+    if morph.law == "fe" or (morph.law == "landmarks" and morph.dots is None):
+        raise ConfigError(
+            f"law {morph.law} needs two textured meshes, got two pictures: choose morph.law=warp, "
+            "polynomial or identity, or landmarks with morph.dots"
+        )
+    return read_law_inputs(morph, (morph.law,), lambda _: 1.0, lambda: None)
+
+
+def _both_warps(
+    left: GreyImage, right: GreyImage, matches: Matches, config: RunConfig
+) -> tuple[Warp, Warp]:
+    """Forward and backward: those of the matches, or what the law has led to."""
+    from shapemorph.methods.warp_inverse import inverse_warp
+    from shapemorph.stages.morph import morph_pictures
+
+    if config.morph.law == "warp":
+        return matches.forward, matches.backward
+    forward = morph_pictures(left, right, matches, _law_inputs(config), config.morph).warp
+    return forward, inverse_warp(forward, left.mask, right.shape)
+
+
 def _correlate(
     left: GreyImage, right: GreyImage, matches: Matches, config: RunConfig, clock: _Clock
 ) -> CorrelationGrid:
@@ -133,7 +166,8 @@ def _correlate(
     def remorph(warp: Warp) -> GreyImage:
         return morph_image(right, warp, left.shape)
 
-    morphed = clock.run("morph", lambda: morph_pictures(right, matches, left.shape, config.morph))
+    inputs = _law_inputs(config)
+    morphed = clock.run("morph", lambda: morph_pictures(left, right, matches, inputs, config.morph))
     return clock.run("correlate", lambda: correlate(left, remorph, morphed, config.correlate, None))
 
 
@@ -158,25 +192,12 @@ def _read_mask(path: Path, shape: tuple[int, int]) -> Bools:
 
 
 def _write_morph(
-    folder: Path, left: GreyImage, right: GreyImage, matches: Matches, config: RunConfig
+    folder: Path, matches: Matches, warps: tuple[Warp, Warp], sequence: MorphSequence
 ) -> None:
-    from shapemorph.methods.morph_sequence import morph_sequence
-
     _write_matches(folder / "matches.csv", matches)
-    _write_warp(folder / "warp_forward.npz", matches.forward)
-    _write_warp(folder / "warp_backward.npz", matches.backward)
-    (folder / "sequence").mkdir()
-    _write_picture(folder, 1, left)
-    frames = morph_sequence(
-        left, right, matches.forward, matches.backward, images=config.morph.images
-    )
-    for number, frame in enumerate(frames, start=2):
-        _write_picture(folder, number, frame)
-    _write_picture(folder, config.morph.images + 2, right)
-
-
-def _write_picture(folder: Path, number: int, image: GreyImage) -> None:
-    write_grey_png(folder / "sequence" / f"I_{number:02d}.png", image.grey, image.mask)
+    _write_warp(folder / "warp_forward.npz", warps[0])
+    _write_warp(folder / "warp_backward.npz", warps[1])
+    write_sequence(folder, sequence)
 
 
 def _write_matches(path: Path, matches: Matches) -> None:

@@ -3,8 +3,6 @@
 A stage is imported when it runs: looking at a finished run loads nothing heavy.
 """
 
-from typing import Any
-
 from shapemorph.config import (
     AlignConfig,
     CorrelateConfig,
@@ -17,18 +15,27 @@ from shapemorph.config import (
     StrainConfig,
 )
 from shapemorph.core.arrays import Bools, Floats
+from shapemorph.core.errors import StageError
 from shapemorph.core.flattened import FlattenedPair
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import CalibratedImage, GreyImage
 from shapemorph.core.inputreports import InputReports
 from shapemorph.core.landmarks import Landmarks
-from shapemorph.core.laws import LawInputs
+from shapemorph.core.laws import LawInputs, LawSpread
 from shapemorph.core.matching import Matches, Warp
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.region import Region
 from shapemorph.core.surface import Alignment, StrainField, TrackedSurface
 from shapemorph.pipeline.run import Stage
+
+
+class SpreadSection(Section):
+    """The sections of the stages that the spread repeats with further morph laws."""
+
+    morph: MorphConfig
+    correlate: CorrelateConfig
+    lift: LiftConfig
 
 
 def _reports(reports: InputReports, section: None) -> InputReports:  # noqa: ARG001
@@ -57,7 +64,7 @@ def _match(pair: FlattenedPair, section: MatchConfig) -> Matches:
     )
 
 
-def _morph(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
+def _morph(
     reference: TexturedMesh,
     deformed: TexturedMesh,
     pair: FlattenedPair,
@@ -112,6 +119,43 @@ def _lift(
     )
 
 
+def _spread(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
+    reference: TexturedMesh,
+    deformed: TexturedMesh,
+    region: Region | None,
+    pair: FlattenedPair,
+    matches: Matches,
+    law_inputs: LawInputs,
+    grid: CorrelationGrid,
+    tracked: TrackedSurface,
+    section: SpreadSection | None,
+) -> LawSpread:
+    from shapemorph.stages.morph import Side, law_warp
+    from shapemorph.stages.spread import LawResult, spread
+
+    if section is None:
+        return spread((), {})
+    sides = [
+        Side(side.calibrated.image, mesh, side.calibrated)
+        for mesh, side in ((reference, pair.reference), (deformed, pair.deformed))
+    ]
+    results: list[LawResult] = []
+    failures: dict[str, str] = {}
+    for law in section.morph.all_laws:
+        config = section.morph.model_copy(update={"law": law})
+        try:
+            alone = law_warp(sides[0], sides[1], matches, law_inputs, config, law=law)
+            if law != section.morph.law:
+                morphed = _morph(reference, deformed, pair, matches, law_inputs, config)
+                grid = _correlate(reference, deformed, region, pair, morphed, section.correlate)
+                tracked = _lift(reference, deformed, pair, grid, section.lift)
+        except StageError as error:
+            failures[law] = str(error)
+            continue
+        results.append(LawResult(law, alone, grid, tracked))
+    return spread(results, failures)
+
+
 def _align(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
     reference: TexturedMesh,
     deformed: TexturedMesh,
@@ -154,6 +198,20 @@ STAGES: tuple[Stage, ...] = (
     Stage("correlate", _correlate, ("reference", "deformed", "region", "flatten", "morph")),
     Stage("lift", _lift, ("reference", "deformed", "flatten", "correlate")),
     Stage(
+        "spread",
+        _spread,
+        (
+            "reference",
+            "deformed",
+            "region",
+            "flatten",
+            "match",
+            "all_law_inputs",
+            "correlate",
+            "lift",
+        ),
+    ),
+    Stage(
         "align",
         _align,
         ("reference", "deformed", "landmarks", "rigid_region", "flatten", "correlate", "lift"),
@@ -178,9 +236,17 @@ COMPUTED = tuple(stage.name for stage in STAGES if stage.name != "inputs")
 
 
 def sections(config: RunConfig) -> dict[str, Section | None]:
-    """Section of every stage; the content of `inputs` comes in through its sources."""
-    found: dict[str, Any] = {stage.name: getattr(config, stage.name) for stage in STAGES}
-    return {**found, "inputs": None}
+    """Section of every stage.
+
+    The content of `inputs` comes in through its sources; `spread` repeats what others do,
+    with their sections, and does nothing where no further laws are listed.
+    """
+    repeated = SpreadSection(morph=config.morph, correlate=config.correlate, lift=config.lift)
+    special = {"inputs": None, "spread": repeated if config.morph.laws else None}
+    return {
+        stage.name: special[stage.name] if stage.name in special else getattr(config, stage.name)
+        for stage in STAGES
+    }
 
 
 def sample_at_grid(mask: Bools, grid: CorrelationGrid) -> Bools:

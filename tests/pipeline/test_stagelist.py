@@ -18,7 +18,13 @@ def test_every_stage_reads_sources_and_earlier_stages_only():
         known.add(stage.name)
 
 
-@pytest.mark.parametrize("name", COMPUTED)
+def test_the_spread_of_laws_does_nothing_unless_further_laws_are_listed():
+    assert sections(RunConfig())["spread"] is None
+    several = sections(RunConfig(morph={"laws": ["identity"]}))["spread"]
+    assert several.morph.all_laws == ("warp", "identity")
+
+
+@pytest.mark.parametrize("name", [name for name in COMPUTED if name != "spread"])
 def test_a_stage_is_section_module_and_command(name):
     assert name in RunConfig.model_fields
     assert importlib.util.find_spec(f"shapemorph.stages.{name}")

@@ -1,14 +1,18 @@
 """The deformed picture brought close to the reference."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from shapemorph.config import MorphConfig
 from shapemorph.core.image import GreyImage
+from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
+from shapemorph.methods.laws.identity import identity_warp
 from shapemorph.methods.warping import warp_points
-from shapemorph.stages.morph import identity_warp, morph_pictures
+from shapemorph.stages.morph import morph_pictures
 
 SHAPE = (70, 110)
 SLOPE = np.array([[0.0, 1.2], [-0.9, 0.1]])  # a quarter turn and some stretch
@@ -28,7 +32,8 @@ def test_the_morphed_picture_looks_like_the_reference(wave_pattern, pixel_grid):
     pattern, big = wave_pattern(7.0), (120, 130)
     material = (pixel_grid(big) - SHIFT) @ np.linalg.inv(SLOPE).T
     deformed = GreyImage(pattern(material).astype("f4"), np.ones(big, dtype=bool))
-    found = morph_pictures(deformed, _matches(), SHAPE, MorphConfig())
+    reference = GreyImage(np.zeros(SHAPE, "f4"), np.ones(SHAPE, dtype=bool))
+    found = morph_pictures(reference, deformed, _matches(), LawInputs(), MorphConfig())
     assert found.image.shape == SHAPE
     inner = found.image.mask.copy()
     inner[:6], inner[-6:], inner[:, :6], inner[:, -6:] = False, False, False, False
@@ -40,7 +45,9 @@ def test_the_morphed_picture_looks_like_the_reference(wave_pattern, pixel_grid):
 
 def test_identity_leaves_the_picture_alone(wave_pattern, pixel_grid):
     picture = GreyImage(wave_pattern()(pixel_grid(SHAPE)).astype("f4"), np.ones(SHAPE, dtype=bool))
-    found = morph_pictures(picture, _matches(), SHAPE, MorphConfig(law="identity"))
+    none = replace(_matches(), forward=None, backward=None)
+    config = MorphConfig(law="identity")
+    found = morph_pictures(picture, picture, none, LawInputs(), config)
     assert_allclose(found.image.grey[3:-3, 3:-3], picture.grey[3:-3, 3:-3], atol=1e-3)
 
 
