@@ -10,13 +10,18 @@ surface triangulations, CAGD 14 (1997), doi 10.1016/S0167-8396(96)00031-3.
 import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.errors import StageError
+from shapemorph.methods.distortion import singular_values
 from shapemorph.methods.parametrize.disk import boundary_loops
 from shapemorph.methods.parametrize.holes import fill_holes, order_by_length
 from shapemorph.methods.parametrize.symmetric_solve import symmetric_solver
 
 
 def parametrise_on_disk(vertices: Floats, faces: Ints) -> Floats:
-    """Map the rim onto a circle by its arc length and every vertex between its neighbours.
+    """Map the rim onto a circle by its arc length and the inside harmonically.
+
+    Where the harmonic map folds, every vertex goes between its neighbours instead, which
+    cannot fold but is rough on irregular meshes.
 
     Parameters
     ----------
@@ -36,8 +41,25 @@ def parametrise_on_disk(vertices: Floats, faces: Ints) -> Floats:
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     angle = 2 * np.pi * travelled[:-1] / travelled[-1]
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1) * travelled[-1] / (2 * np.pi)
-    placed = spread_between(closed_vertices, closed_faces, rim, circle)
+    placed = _spread_harmonically(closed_vertices, closed_faces, rim, circle)
+    if not (singular_values(closed_vertices, closed_faces, placed).sigma_2 > 0).all():
+        placed = spread_between(closed_vertices, closed_faces, rim, circle)
     return placed[: len(vertices)]
+
+
+def _spread_harmonically(vertices: Floats, faces: Ints, fixed: Ints, positions: Floats) -> Floats:
+    """Place the free vertices where the map is harmonic; NaN where that has no solution."""
+    import igl
+
+    free = np.setdiff1d(np.arange(len(vertices)), fixed)
+    placed = np.full((len(vertices), 2), np.nan)
+    placed[fixed] = positions
+    rows = (-igl.cotmatrix(vertices, faces)).tocsr()[free].tocsc()
+    try:
+        placed[free] = symmetric_solver(rows[:, free])(-(rows[:, fixed] @ positions))
+    except StageError:  # triangles without area
+        return placed
+    return placed
 
 
 def spread_between(vertices: Floats, faces: Ints, fixed: Ints, positions: Floats) -> Floats:

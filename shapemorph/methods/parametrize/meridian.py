@@ -10,7 +10,7 @@ from shapemorph.methods.parametrize.round_fit import tukey
 
 SAMPLES = 4000  # points of a measured meridian
 MOST_KNOTS = 200
-EDGES_PER_KNOT = 4.0
+EDGES_PER_KNOT = 2.0
 ROUNDS = 5
 STIFFNESS = 1e-9  # of the penalty on bends: only gaps in the data feel it
 

@@ -13,8 +13,10 @@ from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.methods.parametrize.frames import directed_areas, screen, unit
 from shapemorph.methods.parametrize.round_fit import tukey
 
-ROUNDS = 8
-KNOWN = 0.01  # part of the strongest moment below which a motion of the axis is not known
+ROUNDS = 12
+SMOOTHINGS = 8  # of normals and places, each over the faces around
+KNOWN = 30.0  # strength over the noise of the moments from which a motion of the axis is known
+ROUND_OFF = 1e-8  # of the strongest
 OPEN = 0.02  # vector area over area from which the rim tells the axis
 
 
@@ -49,11 +51,14 @@ def fit_revolution_axis(
     local = (middles - start) / size
     point = np.zeros(3) if centre is None else (centre - start) / size
     along = _first_axis(local, normals, area) if axis is None else unit(axis)
-    normals /= np.maximum(area, np.finfo(float).tiny)[:, None]
+    local, normals = _smooth(faces, area, local), _smooth(faces, area, normals)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
     free = np.array([axis is None] * 2 + [centre is None] * 2)
     if free.any():
-        for _ in range(ROUNDS):
-            point, along = _improve(local, normals, area, point, along, free)
+        for k in range(ROUNDS):
+            point, along = _improve(
+                local, normals, area, (point, along), free, robust=2 * k >= ROUNDS
+            )
     return start + size * point, along
 
 
@@ -68,20 +73,46 @@ def _first_axis(points: Floats, normals: Floats, area: Floats) -> Floats:
     return first
 
 
+def _smooth(faces: Ints, area: Floats, values: Floats) -> Floats:
+    """Average vectors (F, 3) of faces over their neighbours several times: normals are rough."""
+    corner, shares = faces.ravel(), np.repeat(area, 3)
+    total = np.maximum(np.bincount(corner, shares), np.finfo(float).tiny)
+    for _ in range(SMOOTHINGS):
+        spread = np.repeat(values, 3, axis=0) * shares[:, None]
+        sums = [np.bincount(corner, spread[:, k]) for k in range(3)]
+        values = (np.stack(sums, axis=1) / total[:, None])[faces].mean(axis=1)
+    return values
+
+
 def _improve(
-    points: Floats, normals: Floats, area: Floats, point: Floats, along: Floats, free: Bools
+    points: Floats,
+    normals: Floats,
+    area: Floats,
+    axis: tuple[Floats, Floats],
+    free: Bools,
+    *,
+    robust: bool,
 ) -> tuple[Floats, Floats]:
     """Take one step of Gauss and Newton on the moments of the normals about the axis."""
+    point, along = axis
     right, up = screen(along)
     moments = np.cross(points - point, normals)
     residuals = moments @ along
     across = np.cross(normals, along)
     slopes = np.stack([moments @ right, moments @ up, -(across @ right), -(across @ up)], axis=1)
     slopes = slopes * free
-    weights = area * tukey(residuals) / area.sum()
+    weights = area / area.sum() * (tukey(residuals) if robust else 1.0)
+    step = _known_step(slopes, residuals, weights)
+    return point + step[2] * right + step[3] * up, unit(along + step[0] * right + step[1] * up)
+
+
+def _known_step(slopes: Floats, residuals: Floats, weights: Floats) -> Floats:
+    """Solve least squares (N, 4), without the directions that noise alone would decide."""
     strengths, ways = np.linalg.eigh((slopes * weights[:, None]).T @ slopes)
     pull = ways.T @ ((slopes * weights[:, None]).T @ residuals)
-    known = strengths > KNOWN * strengths[-1]
-    step = -(ways[:, known] @ (pull[known] / strengths[known]))
-    turned = unit(along + step[0] * right + step[1] * up)
-    return point + step[2] * right + step[3] * up, turned
+    real = strengths > ROUND_OFF * strengths[-1]
+    full = np.where(real, pull / np.where(real, strengths, 1.0), 0.0)
+    left = residuals - slopes @ (ways @ full)
+    noise = (weights @ left**2) / max(float(weights.sum()), 1e-300)
+    step: Floats = -ways @ np.where(strengths > KNOWN * noise, full, 0.0)
+    return step

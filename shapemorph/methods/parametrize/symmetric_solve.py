@@ -30,6 +30,8 @@ def symmetric_solver(matrix: "csc_matrix | csc_array") -> Callable[[Floats], Flo
     import igl
 
     size = matrix.shape[0]
+    if size == 0:
+        return np.copy
     data = igl.min_quad_with_fixed_data()
     nothing = csc_matrix((0, size))
     try:
