@@ -2,6 +2,7 @@
 
 import csv
 import io
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, Literal
 
@@ -135,13 +136,17 @@ def _read_mesh(path: Path, moved: Path | None, displacement: str | None) -> Noda
 
 
 def _load(path: Path) -> Any:
-    """Let meshio read a mesh; its complaints become ours."""
+    """Let meshio read a mesh; its complaints, some of them printed, become ours."""
     import meshio
 
     if not path.is_file():
         raise DataError(f"{path} does not exist: expected a finite element result")
     try:
-        return meshio.read(path)
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+            mesh = meshio.read(path)
+        if np.ndim(mesh.points) == 2 and len(mesh.points) > 0:
+            return mesh
+        reason = "no nodes"
     except SystemExit:
         reason = "unknown form"
     except (

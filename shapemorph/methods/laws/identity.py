@@ -37,7 +37,7 @@ def _pose(source: Floats, target: Floats, scale: float) -> tuple[Floats, Floats]
     """(2, 2) rotation and (2,) shift of least squares, after scaling."""
     if len(source) < 2:
         return np.eye(2), np.zeros(2)
-    centre, goal = np.median(source, axis=0), np.median(target, axis=0)
+    centre, goal = source.mean(axis=0), target.mean(axis=0)
     moment = (source - centre).T @ (target - goal)
     angle = np.arctan2(moment[0, 1] - moment[1, 0], moment[0, 0] + moment[1, 1])
     cosine, sine = np.cos(angle), np.sin(angle)

@@ -33,10 +33,11 @@ WORK_STD = 1.8  # px: coarser speckle is searched in reduced pictures
 WINDOW = 15.0
 RADII = (4.5, 9.0, 20.0)  # of the search: as far as the last round says is needed
 STRIDE = 1.3
-STEP, FAR_STEP = 7.0, 11.0
+STEP, FAR_STEP, LEAST_STEP = 7.0, 11.0, 3.0
+ENOUGH_POINTS = 800
 MOST_POINTS = {4.5: 8000, 9.0: 2500, 20.0: 900}
 LEAST_INSIDE, LEAST_ZNCC = 0.4, 0.6
-NEIGHBOURS = 24
+NEIGHBOURS, LEAST_PAIRS = 24, 12  # that predict a point; without which nothing is fitted
 SETTLED = 0.1  # px
 GROWN = 0.02  # share of the grid by which a round must extend the warp to be worth another
 ROUNDS = 12
@@ -137,7 +138,8 @@ def _speckle(image: GreyImage) -> float:
 
 def _begin(pictures: _Pictures, warp: Warp) -> _State:
     """Believe the law everywhere."""
-    everywhere = grid_points(pictures.reference.mask, STEP * pictures.std)
+    step = _clipped_step(pictures, STEP * pictures.std, MOST_POINTS[RADII[0]])
+    everywhere = grid_points(pictures.reference.mask, step)
     return _State(warp, everywhere, everywhere)
 
 
@@ -165,7 +167,7 @@ def _round(pictures: _Pictures, state: _State) -> _State:
     )
     source, target = found.source[good], found.target[good]
     possible = len(grid_points(pictures.reference.mask, how.step))
-    if len(source) < NEIGHBOURS:
+    if len(source) < LEAST_PAIRS:
         nothing = np.zeros((0, 2))
         return _State(state.warp, nothing, nothing)
     warp = _fitted(pictures, source, target, how.step)
@@ -194,9 +196,9 @@ def _search(pictures: _Pictures, warp: Warp, radius: float) -> GridSearch:
     reduction = max(1, round(pictures.std / WORK_STD))
     std = pictures.std / reduction
     stride = max(1, round(STRIDE * std))
-    area = float(pictures.reference.mask.sum())
-    step = (STEP if radius == RADII[0] else FAR_STEP) * pictures.std
-    step = max(step, float(np.sqrt(area / MOST_POINTS[radius])))
+    most = MOST_POINTS[radius]
+    widest = (STEP if radius == RADII[0] else FAR_STEP) * pictures.std
+    step = _clipped_step(pictures, widest, most)
     return GridSearch(
         step=step,
         reach=max(3 * step, 2 * warp.spacing) if radius == RADII[0] else 3 * step,
@@ -207,6 +209,13 @@ def _search(pictures: _Pictures, warp: Warp, radius: float) -> GridSearch:
         least_inside=LEAST_INSIDE,
         least_zncc=LEAST_ZNCC,
     )
+
+
+def _clipped_step(pictures: _Pictures, widest: float, most: int) -> float:
+    """Grid step, px: less where a small picture would have few points, more against too many."""
+    area = float(pictures.reference.mask.sum())
+    enough = max(LEAST_STEP * pictures.std, np.sqrt(area / ENOUGH_POINTS))
+    return float(max(min(widest, enough), np.sqrt(area / most)))
 
 
 def _missing(
