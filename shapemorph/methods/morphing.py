@@ -44,7 +44,7 @@ def morph_surface(
         some = slice(start, min(start + POINTS_AT_ONCE, len(grey)))
         targets, gradient = warp_points(warp, _pixel_centres(some, shape[1]))
         found, triangle = shader.shade(targets, gradient)
-        mask[some] = triangle >= 0
+        mask[some] = (triangle >= 0) & np.isfinite(found)
         grey[some] = np.where(mask[some], found, np.float32(0))
     mask = mask.reshape(shape)
     return GreyImage(continue_outside(grey.reshape(shape), mask), mask)

@@ -1,25 +1,44 @@
 """Stage `flatten`: textured meshes to calibrated images."""
 
 import logging
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from shapemorph.config import FlattenConfig
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.errors import DataError, StageError
 from shapemorph.core.flattened import Distortion, FlattenedPair, FlattenedSurface
+from shapemorph.core.image import CalibratedImage
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.methods.calibrating import calibrate
 from shapemorph.methods.charting import chart_at_scale
+from shapemorph.methods.charts.atlas import (
+    ENOUGH_GOOD,
+    Atlas,
+    Lay,
+    chart_surface,
+    face_areas,
+    good_area,
+    lay_page,
+)
+from shapemorph.methods.charts.correspondence import corresponding_patches
+from shapemorph.methods.charts.mosaic import PAGE_GAP, Page, bind, with_pages
 from shapemorph.methods.distortion import chart_distortion, local_scale, weighted_quantile
 from shapemorph.methods.parametrize.automatic import Flattening
-from shapemorph.methods.parametrize.choice import lay_flat, place
-from shapemorph.methods.parametrize.disk import Piece, cut_piece
+from shapemorph.methods.parametrize.choice import PROJECTIONS, lay_flat, place
+from shapemorph.methods.parametrize.disk import cut_piece
 from shapemorph.methods.scale import choose_scale, measure_pattern
 
 logger = logging.getLogger(__name__)
 
 MOST_LOST = 0.005  # share of the area that a sound map may flip or overlap
 MOST_ANISOTROPY = 2.0  # ratio of stretches that 99 % of a sound map's area stays below
+MOST_CHARTS = 12  # of a component, when their number is free
+MORE_CHARTS = 3  # that the reference may get so that those of the deformed shape lie well
+TRIAL = FlattenConfig(method="bff")  # quick: by it the number of charts is chosen
+RATIO = 0.85  # of the best to the second best descriptor, for pairs between charts
 MOST_REDUCED = 4.0  # a sound map shows 99 % of the area at a quarter of the median scale or more
 
 
@@ -47,13 +66,16 @@ def flatten(
     StageError
         If nothing of a surface is left.
     """
-    return FlattenedPair(
-        flatten_mesh(reference, config, meridian), flatten_mesh(deformed, config, meridian)
+    first, second = (flatten_mesh(mesh, config, meridian) for mesh in (reference, deformed))
+    if first.calibrated.chart.page_count == second.calibrated.chart.page_count == 1:
+        return FlattenedPair(first, second)
+    return _flatten_by_correspondence(
+        (reference, first), (deformed, second), config, _lay(deformed, config, meridian)
     )
 
 
 def flatten_mesh(
-    mesh: TexturedMesh, config: FlattenConfig, meridian: Floats | None = None
+    mesh: TexturedMesh, config: FlattenConfig, meridian: Floats | None = None, *, least: int = 1
 ) -> FlattenedSurface:
     """Make the calibrated image of one mesh.
 
@@ -65,6 +87,8 @@ def flatten_mesh(
         Section ``flatten`` of the run file.
     meridian : (K, 2) or None
         Content of ``flatten.profile``: r, z in mm.
+    least : int
+        Charts of its largest component, where their number is free.
 
     Raises
     ------
@@ -73,9 +97,8 @@ def flatten_mesh(
     StageError
         If nothing of the surface is left.
     """
-    piece = cut_piece(mesh.vertices, mesh.faces, name=mesh.name)
-    flattening, why = _lay_flat(mesh, piece, config, meridian)
-    plane = place(mesh.vertices, piece, flattening)
+    atlas = _atlas(mesh, config, _lay(mesh, config, meridian), least)
+    piece, plane, _ = bind(atlas.pages, gap=0.0)
     pattern = measure_pattern(mesh, piece, plane, max_megapixels=config.max_megapixels)
     px_per_mm, scale_reason = choose_scale(
         pattern,
@@ -84,17 +107,13 @@ def flatten_mesh(
         max_megapixels=config.max_megapixels,
         px_per_mm=config.px_per_mm,
     )
-    chart = chart_at_scale(piece, plane, px_per_mm=px_per_mm)
-    image, overlap = calibrate(mesh, chart)
-    distortion = chart_distortion(mesh.vertices, chart)
-    reason = f"{why}; {scale_reason}; {_worst(distortion, px_per_mm)}"
-    if overlap > MOST_LOST:
-        logger.warning("%s: %.1f %% of the flattened image overlaps", mesh.name, 100 * overlap)
+    image, distortion = _picture(mesh, atlas.pages, px_per_mm)
+    reason = f"{atlas.reason}; {scale_reason}; {_worst(distortion, px_per_mm)}"
     logger.info("%s: %s", mesh.name, reason)
     return FlattenedSurface(
         calibrated=image,
         distortion=distortion,
-        method=flattening.method,
+        method=_name(atlas.methods),
         reason=reason,
         speckle_px=pattern.typical_chart_mm * px_per_mm,
         speckle_mm=pattern.typical_mm,
@@ -102,23 +121,116 @@ def flatten_mesh(
     )
 
 
-def _lay_flat(
-    mesh: TexturedMesh, piece: Piece, config: FlattenConfig, meridian: Floats | None
-) -> tuple[Flattening, str]:
-    """Flatten one piece, in its own unit, and say how well it went."""
-    return lay_flat(
-        mesh.vertices[piece.vertex_ids],
-        piece.faces,
-        name=mesh.name,
-        method=config.method,
-        axis=None if config.axis is None else np.array(config.axis),
-        centre=None if config.centre is None else np.array(config.centre),
-        projection=config.projection or "equidistant",
-        meridian=meridian,
-        most_lost=MOST_LOST,
-        most_anisotropy=MOST_ANISOTROPY,
-        most_reduced=MOST_REDUCED,
+def _atlas(mesh: TexturedMesh, config: FlattenConfig, lay: Lay, least: int) -> Atlas:
+    """Lay a mesh flat in one piece where the method has its own, else in charts."""
+    if config.method in PROJECTIONS:
+        piece = cut_piece(mesh.vertices, mesh.faces, name=mesh.name)
+        flattening, why = lay(mesh.vertices[piece.vertex_ids], piece.faces)
+        plane = place(mesh.vertices, piece, flattening)
+        page = Page(piece, plane, np.ones(len(piece.faces), dtype=bool))
+        return Atlas([page], (flattening.method,), why)
+    most = max(MOST_CHARTS, least)
+    if config.charts is not None:
+        least = most = config.charts
+    return chart_surface(mesh, lay, trial=_lay(mesh, TRIAL, None), least=least, most=most)
+
+
+def _picture(
+    mesh: TexturedMesh, pages: Sequence[Page], px_per_mm: float
+) -> tuple[CalibratedImage, Distortion]:
+    """Make one calibrated image of all pages."""
+    piece, plane, lefts = bind(pages, gap=PAGE_GAP / px_per_mm)
+    chart = chart_at_scale(piece, plane, px_per_mm=px_per_mm)
+    if len(pages) > 1:
+        chart = with_pages(chart, pages, lefts)
+    image, overlap = calibrate(mesh, chart)
+    if overlap > MOST_LOST:
+        logger.warning("%s: %.1f %% of the flattened image overlaps", mesh.name, 100 * overlap)
+    return image, chart_distortion(mesh.vertices, chart)
+
+
+def _flatten_by_correspondence(
+    reference: tuple[TexturedMesh, FlattenedSurface],
+    deformed: tuple[TexturedMesh, FlattenedSurface],
+    config: FlattenConfig,
+    lay: Lay,
+) -> FlattenedPair:
+    """Give the deformed shape a chart for each of the reference: what shows the same material.
+
+    Where one of them cannot lie flat well, the reference is split further.
+    """
+    mesh, first = reference
+    least = first.calibrated.chart.page_count
+    best: tuple[float, FlattenedPair] | None = None
+    reasons = []
+    for count in range(least, least + MORE_CHARTS + 1):
+        if count > least:
+            first = flatten_mesh(mesh, config, least=count)
+        try:
+            good, second = _counterpart(mesh, first, *deformed, lay)
+        except (DataError, StageError) as error:
+            reasons.append(str(error))
+            continue
+        if best is None or good > best[0]:
+            best = good, FlattenedPair(first, second)
+        if good >= ENOUGH_GOOD or config.charts is not None:
+            break
+    if best is None:
+        raise StageError(
+            f"{deformed[0].name} could not be laid flat chart by chart: "
+            f"{'; '.join(dict.fromkeys(reasons))}"
+        )
+    return best[1]
+
+
+def _counterpart(
+    reference: TexturedMesh,
+    first: FlattenedSurface,
+    deformed: TexturedMesh,
+    second: FlattenedSurface,
+    lay: Lay,
+) -> tuple[float, FlattenedSurface]:
+    """Flatten what corresponds to each chart; also the share of it that lies well."""
+    patches = corresponding_patches(
+        (reference, first.calibrated), (deformed, second.calibrated), ratio=RATIO
     )
+    laid = [lay_page(deformed, patch, lay) for patch in patches]
+    pages = [page for page, _, _ in laid]
+    areas = [face_areas(deformed.vertices, deformed.faces[p.piece.face_ids]).sum() for p in pages]
+    good = sum(good_area(deformed, page) for page in pages) / sum(areas)
+    px_per_mm = second.calibrated.chart.px_per_mm
+    image, distortion = _picture(deformed, pages, px_per_mm)
+    why = "; ".join(why for _, _, why in laid)
+    reason = f"{len(pages)} charts by their matches; {why}; {_worst(distortion, px_per_mm)}"
+    method = _name(tuple(flattening.method for _, flattening, _ in laid))
+    return good, replace(
+        second, calibrated=image, distortion=distortion, method=method, reason=reason
+    )
+
+
+def _name(methods: Sequence[str]) -> str:
+    return ", ".join(dict.fromkeys(methods))
+
+
+def _lay(mesh: TexturedMesh, config: FlattenConfig, meridian: Floats | None) -> Lay:
+    """Give the function that flattens a piece in its own unit and says how well it went."""
+
+    def lay(vertices: Floats, faces: Ints) -> tuple[Flattening, str]:
+        return lay_flat(
+            vertices,
+            faces,
+            name=mesh.name,
+            method=config.method,
+            axis=None if config.axis is None else np.array(config.axis),
+            centre=None if config.centre is None else np.array(config.centre),
+            projection=config.projection or "equidistant",
+            meridian=meridian,
+            most_lost=MOST_LOST,
+            most_anisotropy=MOST_ANISOTROPY,
+            most_reduced=MOST_REDUCED,
+        )
+
+    return lay
 
 
 def _worst(distortion: Distortion, px_per_mm: float) -> str:

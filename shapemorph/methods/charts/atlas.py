@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 Lay = Callable[[Floats, Ints], tuple[Flattening, str]]
 
 ENOUGH_GOOD = 0.97  # of the area, shown well by the page that is its home
-MOST_SHRUNK = 4.0  # times smaller than the median of the page
+MOST_SHRUNK = 2.5  # times smaller than the median of the page
 MOST_ANISOTROPY = 1.3
 WORTH_IT = 0.005  # of the area; more pages must show so much more of it well
 PATIENCE = 3  # numbers of pages to try beyond the best
@@ -51,16 +51,17 @@ class Atlas:
 class _Try:
     """One component in some number of pages."""
 
+    patches: Sequence[Patch]
     pages: list[Page]
     methods: list[str]
     notes: list[str]
     good: float
 
 
-def chart_surface(mesh: TexturedMesh, lay: Lay, *, least: int, most: int) -> Atlas:
+def chart_surface(mesh: TexturedMesh, lay: Lay, *, trial: Lay, least: int, most: int) -> Atlas:
     """Lay every large component of a mesh flat, in as few pages as show it well.
 
-    Well means: at no less than a quarter of the page's median scale and stretched by less
+    Well means: at no less than 1 / 2.5 of the page's median scale and stretched by less
     than 1.3 : 1, for 97 % of the area.
 
     Parameters
@@ -68,6 +69,8 @@ def chart_surface(mesh: TexturedMesh, lay: Lay, *, least: int, most: int) -> Atl
     mesh : TexturedMesh
     lay : callable
         Flattens a disk with holes, vertices (V, 3) and faces (F, 3), and says why so.
+    trial : callable
+        The same, quickly: the number of pages is chosen by it.
     least, most : int
         Pages of the largest component; of the others at most `most`.
 
@@ -82,7 +85,7 @@ def chart_surface(mesh: TexturedMesh, lay: Lay, *, least: int, most: int) -> Atl
         p for p, area in zip(pieces, areas, strict=True) if area >= LEAST_COMPONENT * areas.sum()
     ]
     tries = [
-        _chart_component(mesh, piece, lay, range(least if k == 0 else 1, most + 1))
+        _chart_component(mesh, piece, lay, trial, range(least if k == 0 else 1, most + 1))
         for k, piece in enumerate(large)
     ]
     pages = [page for each in tries for page in each.pages]
@@ -136,7 +139,7 @@ def good_area(mesh: TexturedMesh, page: Page) -> float:
     return float(values.area[good & page.home].sum())
 
 
-def _chart_component(mesh: TexturedMesh, piece: Piece, lay: Lay, counts: range) -> _Try:
+def _chart_component(mesh: TexturedMesh, piece: Piece, lay: Lay, trial: Lay, counts: range) -> _Try:
     """Try one page, then more, until they show enough or more of them show no more."""
     faces = mesh.faces[piece.face_ids]
     area = float(face_areas(mesh.vertices, faces).sum())
@@ -144,7 +147,7 @@ def _chart_component(mesh: TexturedMesh, piece: Piece, lay: Lay, counts: range) 
     reasons: list[str] = []
     for count in counts:
         try:
-            found = _pages(mesh, _patches(mesh, piece, count, area), lay, area)
+            found = _pages(mesh, _patches(mesh, piece, count, area), trial, area)
         except (DataError, StageError) as error:
             reasons.append(str(error))
             continue
@@ -152,9 +155,10 @@ def _chart_component(mesh: TexturedMesh, piece: Piece, lay: Lay, counts: range) 
         if found.good >= ENOUGH_GOOD or _gains_nothing(tried):
             break
     if not tried:
-        raise StageError(f"{mesh.name} could not be laid flat: {'; '.join(dict.fromkeys(reasons))}")
+        raise DataError("; ".join(dict.fromkeys(reasons)))
     best = max(each.good for each in tried)
-    return next(each for each in tried if each.good >= min(best - WORTH_IT, ENOUGH_GOOD))
+    chosen = next(each for each in tried if each.good >= min(best - WORTH_IT, ENOUGH_GOOD))
+    return _pages(mesh, chosen.patches, lay, area)
 
 
 def _gains_nothing(tried: Sequence[_Try]) -> bool:
@@ -179,4 +183,6 @@ def _pages(mesh: TexturedMesh, patches: Sequence[Patch], lay: Lay, area: float) 
     laid = [lay_page(mesh, patch, lay) for patch in patches]
     pages = [page for page, _, _ in laid]
     good = sum(good_area(mesh, page) for page in pages) / area
-    return _Try(pages, [flat.method for _, flat, _ in laid], [why for _, _, why in laid], good)
+    return _Try(
+        patches, pages, [flat.method for _, flat, _ in laid], [why for _, _, why in laid], good
+    )

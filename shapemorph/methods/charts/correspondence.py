@@ -30,6 +30,7 @@ _log = logging.getLogger(__name__)
 LEAST_GROUP = 12  # pairs between two pages that are not chance
 REACHED = 98.0  # percentile of the reference page that lies within reach of a pair
 STRETCH = 90.0  # percentile of the local stretch that the reach allows for
+NEIGHBOURS = 7  # with which the local stretch is measured
 MARGIN = 1.3  # times the reach
 LEAST_REACH, MOST_REACH = 0.04, 0.3  # of the square root of the area of the deformed page
 ENCLOSED = 0.25  # of the region: larger gaps in it are not filled
@@ -195,10 +196,11 @@ def _stretch(before: Floats, after: Floats) -> float:
     """Large value of the local stretch between neighbouring pairs."""
     from scipy.spatial import cKDTree
 
-    distance, near = cKDTree(before).query(before, k=min(7, len(before)))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.linalg.norm(after[near] - after[:, None], axis=2) / distance
-    return float(np.nanpercentile(np.nanmedian(ratio[:, 1:], axis=1), STRETCH))
+    found = cKDTree(before).query(before, k=min(NEIGHBOURS, len(before)))
+    distance, near = np.asarray(found[0]), np.asarray(found[1])
+    apart = distance > 0
+    ratio = np.linalg.norm(after[near] - after[:, None], axis=2)[apart] / distance[apart]
+    return float(np.percentile(ratio, STRETCH)) if len(ratio) else 1.0
 
 
 def _filled(mesh: TexturedMesh, inside: Bools) -> Bools:

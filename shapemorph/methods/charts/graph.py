@@ -32,6 +32,15 @@ def edge_graph(vertices: Floats, faces: Ints) -> Any:
     return csr_array((length, (low, high)), shape=(len(vertices), len(vertices)))
 
 
+def rim_vertices(faces: Ints) -> Ints:
+    """Vertices of edges that have one face only."""
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    key = ends.min(axis=1) * (int(faces.max()) + 1) + ends.max(axis=1)
+    _, first, count = np.unique(key, return_index=True, return_counts=True)
+    alone: Ints = np.unique(ends[first[count == 1]])
+    return alone
+
+
 def nearest_source(graph: Any, sources: Ints) -> tuple[Floats, Ints]:
     """Find how far each vertex is from the nearest of some sources, and from which.
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.image import CalibratedImage, Chart, GreyImage
+from shapemorph.methods.charting import MARGIN
 from shapemorph.methods.parametrize.disk import Piece
 
 PAGE_GAP = 72.0  # px between two pages: no subset, window or node of a warp spans it
@@ -108,6 +109,17 @@ def take_page(image: CalibratedImage, number: int) -> CalibratedImage:
     )
 
 
-def with_pages(chart: Chart, pages: Sequence[Page], starts: Ints) -> Chart:
-    """Note on a chart of several pages where each begins and which triangles are at home."""
+def with_pages(chart: Chart, pages: Sequence[Page], lefts: Floats) -> Chart:
+    """Note on a chart of several pages where each begins and which triangles are at home.
+
+    Parameters
+    ----------
+    chart : Chart
+        At its final scale.
+    pages : sequence of Page
+    lefts : (P,)
+        What :func:`bind` says, mm.
+    """
+    starts = np.round(lefts * chart.px_per_mm).astype(np.int64)
+    starts[1:] += MARGIN
     return replace(chart, page_starts=starts, home=np.concatenate([page.home for page in pages]))

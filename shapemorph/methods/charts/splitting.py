@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
-from shapemorph.methods.charts.graph import edge_graph, nearest_source
+from shapemorph.methods.charts.graph import edge_graph, nearest_source, rim_vertices
 
 RECENTRINGS = 4
 
@@ -42,10 +42,10 @@ def split_surface(vertices: Floats, faces: Ints, *, count: int, overlap: float) 
     overlap : float
         Distance by which a patch is grown, in the unit of the vertices.
     """
-    graph = edge_graph(vertices, faces)
+    graph, rim = edge_graph(vertices, faces), rim_vertices(faces)
     centres = _spread(graph, faces, count)
     for _ in range(RECENTRINGS):
-        centres = _recentred(graph, faces, centres)
+        centres = _recentred(graph, faces, centres, rim)
     owner = _owner_of_faces(nearest_source(graph, centres)[1], faces)
     return [_grown(graph, faces, owner == k, overlap) for k in range(len(centres))]
 
@@ -61,10 +61,10 @@ def _spread(graph: Any, faces: Ints, count: int) -> Ints:
     return np.array(chosen, dtype=np.int64)
 
 
-def _recentred(graph: Any, faces: Ints, centres: Ints) -> Ints:
+def _recentred(graph: Any, faces: Ints, centres: Ints, rim: Ints) -> Ints:
     """Move each centre to the vertex of its cell that is farthest from other cells and rims."""
     _, cell = nearest_source(graph, centres)
-    border = np.unique(np.concatenate([_between_cells(faces, cell), _rim(faces)]))
+    border = np.unique(np.concatenate([_between_cells(faces, cell), rim]))
     if len(border) == 0:
         return centres
     depth, _ = nearest_source(graph, border)
@@ -81,14 +81,6 @@ def _between_cells(faces: Ints, cell: Ints) -> Ints:
     cells = cell[faces]
     mixed: Ints = faces[(cells != cells[:, :1]).any(axis=1)].ravel()
     return mixed
-
-
-def _rim(faces: Ints) -> Ints:
-    """Vertices of edges that have one face only."""
-    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    edges, count = np.unique(ends, axis=0, return_counts=True)
-    alone: Ints = edges[count == 1].ravel()
-    return alone
 
 
 def _owner_of_faces(cell: Ints, faces: Ints) -> Ints:
