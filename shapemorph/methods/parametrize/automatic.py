@@ -36,7 +36,8 @@ class Flattening:
     anisotropy : float
         sigma_1 / sigma_2 that 99 % of the area stays below.
     reduced : float
-        How many times smaller than the median the worst 1 % of the area is shown.
+        How many times smaller than the median the worst 1 % of the area is shown; or
+        larger, if that is more, because it takes the pixels from the rest.
     """
 
     plane: Floats
@@ -59,8 +60,8 @@ class Flattening:
         return (
             f"{NAMES[self.method]}: {self.flips} flipped triangles{mended}, "
             f"{100 * self.overlap_share:.2g} % overlap, stretched by less than "
-            f"{self.anisotropy:.3g} : 1 and reduced by less than {self.reduced:.3g} on 99 % of the "
-            "area"
+            f"{self.anisotropy:.3g} : 1 on 99 % of the area, its scale within a factor of "
+            f"{self.reduced:.3g} of the median"
         )
 
 
@@ -101,9 +102,14 @@ def judge(vertices: Floats, faces: Ints, plane: Floats, method: str) -> Flatteni
         flipped_share=float(distortion.area[flipped].sum() / distortion.area.sum()),
         overlap_share=overlap_share(plane, faces),
         anisotropy=weighted_quantile(ratio, distortion.area, 1 - WORST),
-        reduced=weighted_quantile(scale, distortion.area, 0.5)
-        / weighted_quantile(scale, distortion.area, WORST),
+        reduced=_unevenness(scale, distortion.area),
     )
+
+
+def _unevenness(scale: Floats, area: Floats) -> float:
+    """Larger one of median over smallest and largest over median, without the worst 1 %."""
+    low, median, high = (weighted_quantile(scale, area, q) for q in (WORST, 0.5, 1 - WORST))
+    return max(median / low, high / median) if low > 0 else float("inf")
 
 
 def flatten_automatically(
@@ -126,7 +132,8 @@ def flatten_automatically(
     most_anisotropy : float
         sigma_1 / sigma_2 that 99 % of the area must stay below.
     most_reduced : float
-        How many times smaller than the median the worst 1 % of the area may be shown.
+        How many times smaller or larger than the median the worst 1 % of the area may be
+        shown.
 
     Returns
     -------
