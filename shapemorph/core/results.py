@@ -5,6 +5,7 @@ from typing import Any
 
 from shapemorph.core.flattened import FlattenedPair
 from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.laws import LawSpread
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.mesh import TexturedMesh
@@ -31,6 +32,8 @@ class RunResults:
         gives a place of honour to ``verdict`` (``level`` PASS, WARN or FAIL and ``reasons``)
         and ``scorecard``, and prints every other section as a table.
     reference_mesh, deformed_mesh : TexturedMesh
+    spread : LawSpread or None
+        Of several morph laws; None: not asked for.
     """
 
     pair: FlattenedPair
@@ -44,3 +47,4 @@ class RunResults:
     summary: dict[str, Any]
     reference_mesh: TexturedMesh
     deformed_mesh: TexturedMesh
+    spread: LawSpread | None = None

@@ -18,6 +18,7 @@ from shapemorph.core.flattened import FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.inputreports import InputReports
+from shapemorph.core.laws import LawSpread
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.results import RunResults
@@ -56,6 +57,7 @@ def summarise(
         "lift": {"mesh_noise_mm": results.tracked.mesh_noise.tolist()},
         "align": _alignment(results),
         "strain": _strain(results.field, results.measurement),
+        **systematic_figures(results.spread),
         **run_figures(seconds),
     }
     return {"verdict": judge(sections), "scorecard": _scorecard(sections), **sections}
@@ -116,6 +118,31 @@ def matching_figures(matches: Matches) -> dict[str, Any]:
         "residual_px": matches.residual_px,
         "settled_px": matches.settled_px,
         "fold_share": matches.fold_share,
+    }
+
+
+def systematic_figures(spread_of_laws: LawSpread | None) -> dict[str, Any]:
+    """Describe how far positions lie apart that were measured with several morph laws, mm."""
+    if spread_of_laws is None or not (spread_of_laws.laws or spread_of_laws.failures):
+        return {}
+    columns = zip(
+        spread_of_laws.laws,
+        spread_of_laws.off_px.tolist(),
+        spread_of_laws.compared.tolist(),
+        spread_of_laws.rms.tolist(),
+        spread_of_laws.p95.tolist(),
+        strict=True,
+    )
+    names = ("law_off_px", "points_compared", "position_rms_mm", "position_p95_mm")
+    laws = {law: dict(zip(names, figures, strict=True)) for law, *figures in columns}
+    return {
+        "systematic": {
+            "main_law": spread_of_laws.laws[0] if spread_of_laws.laws else None,
+            "position_rms_mm": max(spread_of_laws.rms.tolist(), default=float("nan")),
+            "position_p95_mm": max(spread_of_laws.p95.tolist(), default=float("nan")),
+            "laws": laws,
+            "failures": dict(spread_of_laws.failures),
+        }
     }
 
 
