@@ -4,8 +4,10 @@ import pytest
 from shapemorph.config import FlattenConfig
 from shapemorph.core.errors import DataError, StageError
 from shapemorph.core.mesh import coloured_mesh, textured_mesh
+from shapemorph.methods.charts.mosaic import take_page
 from shapemorph.methods.surface_lookup import pixel_positions
 from shapemorph.stages.flatten import flatten, flatten_mesh
+from tests.methods.charts.shapes import ball, tube
 
 
 def speckle(size, sigma, seed=0):
@@ -167,12 +169,48 @@ def test_texture_coordinates_in_one_point_are_refused():
         flatten_mesh(collapsed, FlattenConfig())
 
 
-def test_a_closed_surface_is_refused():
+def test_a_closed_surface_that_may_not_be_split_is_refused():
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
     ball = coloured_mesh(vertices, faces, np.zeros((4, 3)), name="ball.ply")
     with pytest.raises(DataError, match=r"ball\.ply: expected a surface with a border"):
-        flatten_mesh(ball, FlattenConfig())
+        flatten_mesh(ball, FlattenConfig(charts=1))
+
+
+def spotted(shape, stretch=(1.0, 1.0, 1.0)):
+    """A shape with a smooth random pattern of its own on the vertices."""
+    vertices, faces = shape
+    rng = np.random.default_rng(3)
+    waves = rng.normal(size=(400, 3)) * 1.6
+    grey = np.cos(vertices @ waves.T + rng.uniform(0, 6.28, 400)).sum(axis=1) / 20
+    corners = np.clip(0.5 + 0.3 * grey, 0, 1)[faces]
+    return coloured_mesh(vertices * np.array(stretch), faces, corners, name="round.ply")
+
+
+def test_a_closed_surface_lies_on_pages_that_show_all_of_it():
+    flattened = flatten_mesh(spotted(ball(90)), FlattenConfig())
+    chart = flattened.calibrated.chart
+    assert chart.page_count == 2
+    assert flattened.distortion.flips == 0
+    assert np.unique(chart.face_ids).size == 90 * 180 * 2 - 2 * 180
+    assert np.unique(chart.face_ids[chart.home]).size == chart.home.sum() == 90 * 180 * 2 - 360
+    assert "2 charts of 1 component(s)" in flattened.reason
+
+
+def test_pages_of_both_states_show_the_same_material():
+    before, after = spotted(tube(120, 340)), spotted(tube(120, 340), (1.1, 1.1, 1.25))
+    pair = flatten(before, after, FlattenConfig())
+    one, other = pair.reference.calibrated.chart, pair.deformed.calibrated.chart
+    assert one.page_count == other.page_count > 1
+    for page in range(one.page_count):
+        ours = take_page(pair.reference.calibrated, page).chart.face_ids
+        theirs = take_page(pair.deformed.calibrated, page).chart.face_ids
+        assert np.isin(ours, theirs).mean() > 0.98
+        assert len(theirs) < 2 * len(ours)
+
+
+def test_the_number_of_charts_can_be_asked_for():
+    assert flatten_mesh(dish(), FlattenConfig(charts=3)).calibrated.chart.page_count == 3
 
 
 def test_a_pattern_on_the_vertices_is_flattened_too():

@@ -122,6 +122,8 @@ def lay_page(mesh: TexturedMesh, patch: Patch, lay: Lay) -> tuple[Page, Flatteni
     DataError, StageError
         If it cannot lie flat.
     """
+    if len(patch.faces) == 0:
+        raise DataError(f"{mesh.name} has too few faces for so many charts: use a finer mesh")
     whole = cut_pieces(mesh.vertices, mesh.faces[patch.faces], name=mesh.name)[0]
     piece = Piece(whole.vertex_ids, whole.faces, patch.faces[whole.face_ids])
     flattening, why = lay(mesh.vertices[piece.vertex_ids], piece.faces)
