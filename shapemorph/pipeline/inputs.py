@@ -95,13 +95,15 @@ class Inputs:
         return (*meshes, *others)
 
     def check_landmarks(self) -> None:
-        """Refuse landmarks that can carry no rigid motion before anything is measured.
+        """Refuse landmarks that can carry no rigid motion, and what no law can use, at once.
 
         Raises
         ------
         DataError
-            If they cannot be read, are fewer than three, lie on one line or are mirrored.
+            If they cannot be read, are fewer than three, lie on one line or are mirrored;
+            or if a file of a morph law is missing or not what it should be.
         """
+        self.load("all_law_inputs")
         landmarks = self.load("landmarks")
         if landmarks is None:
             return

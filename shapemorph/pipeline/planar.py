@@ -16,6 +16,7 @@ from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
+from shapemorph.core.morphed import Morphed
 from shapemorph.io.images import read_grey_image
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
 from shapemorph.pipeline.law_inputs import read_law_inputs
@@ -78,10 +79,11 @@ def morph_images(
     from shapemorph.stages.match import match
 
     check_writable(folder)
+    inputs = _law_inputs(config)
     clock = _Clock(listener)
     left, right = clock.run("read", lambda: _read_pair(reference, deformed, None))
     matches = clock.run("match", lambda: match(left, right, config.match))
-    warps = clock.run("law", lambda: _both_warps(left, right, matches, config))
+    warps = clock.run("law", lambda: _both_warps(left, right, matches, inputs, config))
     sequence = clock.run("morph", lambda: make_sequence(left, right, warps, config.morph))
     with scratch_folder(folder) as scratch:
         clock.run("write", lambda: _write_morph(scratch, matches, warps, sequence))
@@ -120,10 +122,12 @@ def correlate_images(
     from shapemorph.stages.match import match
 
     check_writable(folder)
+    inputs = _law_inputs(config)
     clock = _Clock(listener)
     left, right = clock.run("read", lambda: _read_pair(reference, deformed, mask))
     matches = clock.run("match", lambda: match(left, right, config.match))
-    grid = _correlate(left, right, matches, config, clock)
+    morphed = clock.run("morph", lambda: _morphed(left, right, matches, inputs, config))
+    grid = clock.run("correlate", lambda: _correlate(left, right, morphed, config))
     drawn_on = left if config.report.figures else None
     with scratch_folder(folder) as scratch:
         clock.run("write", lambda: _write_correlation(scratch, grid, drawn_on))
@@ -144,31 +148,35 @@ def _law_inputs(config: RunConfig) -> LawInputs:
 
 
 def _both_warps(
-    left: GreyImage, right: GreyImage, matches: Matches, config: RunConfig
+    left: GreyImage, right: GreyImage, matches: Matches, inputs: LawInputs, config: RunConfig
 ) -> tuple[Warp, Warp]:
     """Forward and backward: those of the matches, or what the law has led to."""
     from shapemorph.methods.warp_inverse import inverse_warp
-    from shapemorph.stages.morph import morph_pictures
 
     if config.morph.law == "warp":
         return matches.forward, matches.backward
-    forward = morph_pictures(left, right, matches, _law_inputs(config), config.morph).warp
+    forward = _morphed(left, right, matches, inputs, config).warp
     return forward, inverse_warp(forward, left.mask, right.shape)
 
 
+def _morphed(
+    left: GreyImage, right: GreyImage, matches: Matches, inputs: LawInputs, config: RunConfig
+) -> Morphed:
+    from shapemorph.stages.morph import morph_pictures
+
+    return morph_pictures(left, right, matches, inputs, config.morph)
+
+
 def _correlate(
-    left: GreyImage, right: GreyImage, matches: Matches, config: RunConfig, clock: _Clock
+    left: GreyImage, right: GreyImage, morphed: Morphed, config: RunConfig
 ) -> CorrelationGrid:
     from shapemorph.methods.morphing import morph_image
     from shapemorph.stages.correlate import correlate
-    from shapemorph.stages.morph import morph_pictures
 
     def remorph(warp: Warp) -> GreyImage:
         return morph_image(right, warp, left.shape)
 
-    inputs = _law_inputs(config)
-    morphed = clock.run("morph", lambda: morph_pictures(left, right, matches, inputs, config.morph))
-    return clock.run("correlate", lambda: correlate(left, remorph, morphed, config.correlate, None))
+    return correlate(left, remorph, morphed, config.correlate, None)
 
 
 def _read_pair(reference: Path, deformed: Path, mask: Path | None) -> tuple[GreyImage, GreyImage]:

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from shapemorph.cli import main
@@ -105,6 +106,43 @@ def test_the_morph_sequence_goes_from_one_picture_to_the_other(pictures, tmp_pat
     assert np.median(np.abs(middle[0].grey - middle[1].grey)[both]) < 0.02
     with np.load(folder / "warp_forward.npz") as warp:
         assert set(warp.files) == {"coefficients", "origin", "spacing"}
+
+
+def test_the_steps_follow_from_the_strain_or_are_given(pictures, tmp_path, capsys):
+    folder = tmp_path / "out"
+    words = ("morph", pictures / "a.png", pictures / "b.png", "-o", folder)
+    found = _run(capsys, *words)["morph"]
+    # the largest stretch is 1.54: in steps of 15 % that takes 4 between
+    assert found["images"] == 6
+    assert max(found["strain"]) < 0.15
+    assert min(found["zncc"]) > 0.9
+    with Image.open(folder / "sequence.gif") as film:
+        assert film.n_frames == 6
+    given = _run(capsys, *words, "--steps", "4")["morph"]
+    assert given["images"] == 4
+    assert max(given["strain"]) > 0.15
+    assert main([*map(str, words), "--steps", "5", "--quiet"]) == 2
+    assert "even number" in capsys.readouterr().err
+
+
+def test_another_law_ends_in_the_same_field(pictures, tmp_path, capsys):
+    fields = []
+    for law in ("warp", "polynomial"):
+        folder = tmp_path / law
+        words = ("correlate", pictures / "a.png", pictures / "b.png", "-o", folder, "--no-figures")
+        _run(capsys, *words, "--set", f"morph.law={law}", "--set", "morph.order=1")
+        with np.load(folder / "correlation.npz") as table:
+            fields.append((table["status"] == 0, table["u_px"]))
+    both = fields[0][0] & fields[1][0]
+    assert both.sum() > 0.98 * fields[0][0].sum()
+    apart = (fields[0][1] - fields[1][1])[both]
+    assert np.sqrt((apart**2).mean()) < 0.005
+
+
+def test_a_law_that_two_pictures_cannot_follow_is_refused_at_once(pictures, tmp_path, capsys):
+    words = ["morph", pictures / "a.png", pictures / "b.png", "-o", tmp_path / "out", "--quiet"]
+    assert main([*map(str, words), "--set", "morph.law=landmarks"]) == 2
+    assert "landmarks with morph.dots" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["morph", "correlate"])
