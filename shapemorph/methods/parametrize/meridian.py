@@ -1,4 +1,4 @@
-"""The meridian of a surface of revolution: measured from a mesh, and arc length along it."""
+"""Arc length along the meridians of a surface of revolution: by a curve, or by the mesh."""
 
 from dataclasses import dataclass
 
@@ -6,13 +6,10 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.methods.parametrize.disk import boundary_loops
-from shapemorph.methods.parametrize.round_fit import tukey
+from shapemorph.methods.parametrize.frames import directed_areas
+from shapemorph.methods.parametrize.symmetric_solve import symmetric_solver
 
-SAMPLES = 4000  # points of a measured meridian
-MOST_KNOTS = 200
-EDGES_PER_KNOT = 2.0
-ROUNDS = 5
-STIFFNESS = 1e-9  # of the penalty on bends: only gaps in the data feel it
+POLE = 1.5  # edges around a pole in which the way along the surface is a straight line
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,49 +63,93 @@ def arc_length(meridian: Meridian, points: Floats) -> Floats:
     return np.maximum(found, 0.0)
 
 
-def measure_meridian(rings: Floats, vertices: Floats, faces: Ints, weights: Floats) -> Meridian:
-    """Fit the curve that the vertices of a surface of revolution lie on.
+def measure_arc(rings: Floats, faces: Ints) -> Floats:
+    """Measure the way along the meridians of a mesh to each of its vertices.
+
+    It is the function whose slope in every triangle is nearest to 1 outward across the
+    circles around the axis: least squares over the whole surface, so that noise averages
+    out and sharp bends do no harm.
 
     Parameters
     ----------
     rings : (V, 3)
         x, y across the axis and z along it.
-    vertices : (V, 3)
-        In space, for lengths of edges.
     faces : (F, 3)
-    weights : (V,)
-        Areas.
+
+    Returns
+    -------
+    (V,)
+        It begins at a pole with 0, at an opening with its radius.
     """
+    corners = rings[faces]
+    normals = directed_areas(rings, faces)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
+    radial, outward = _meridian_frames(corners.mean(axis=1), normals)
+    way, kinked = _integrate(rings, faces, normals, np.stack([outward, radial], axis=-1)).T
+    # the radius has the same kink at a pole: what integration rounds off there is known
+    correction = np.linalg.norm(rings[:, :2], axis=1) - kinked
+    return _from_its_beginning(way, correction, rings, faces)
+
+
+def _meridian_frames(middles: Floats, normals: Floats) -> tuple[Floats, Floats]:
+    """Give the slope of the radius in each face, and the unit vector along its meridian."""
+    around = np.stack([-middles[:, 1], middles[:, 0], np.zeros(len(middles))], axis=1)
+    around /= np.maximum(np.linalg.norm(around, axis=1), np.finfo(float).tiny)[:, None]
+    across = np.stack([around[:, 1], -around[:, 0], np.zeros(len(middles))], axis=1)
+    radial = across - (across * normals).sum(axis=1)[:, None] * normals
+    along = np.cross(around, normals)
+    along /= np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)[:, None]
+    return radial, along
+
+
+def _integrate(vertices: Floats, faces: Ints, normals: Floats, slopes: Floats) -> Floats:
+    """Find functions (V, K) on a mesh whose slopes come nearest to those given (F, 3, K)."""
+    import igl
+
+    corners = vertices[faces]
+    opposite = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)
+    flux = 0.5 * np.cross(normals[:, None], opposite) @ slopes
+    corner, count = faces.ravel(), len(vertices)
+    right: Floats = np.stack(
+        [np.bincount(corner, flux[..., k].ravel(), minlength=count) for k in range(flux.shape[2])],
+        axis=1,
+    ).astype(np.float64)
+    laplacian = (-igl.cotmatrix(vertices, faces)).tocsr()
+    found = np.zeros(right.shape)
+    found[1:] = symmetric_solver(laplacian[1:].tocsc()[:, 1:])(right[1:])
+    return found
+
+
+def _from_its_beginning(arc: Floats, correction: Floats, rings: Floats, faces: Ints) -> Floats:
+    """Give the arc its sense and the constant that integration leaves open."""
     radius = np.linalg.norm(rings[:, :2], axis=1)
-    points = np.column_stack([radius, rings[:, 2]])
-    edge = _edge_length(vertices, faces)
-    travelled, has_pole = _first_arc(rings, vertices, faces, edge)
-    meridian = _fit_curve(travelled, points, weights, edge, has_pole=has_pole)
-    for _ in range(ROUNDS):
-        travelled = arc_length(meridian, points)
-        meridian = _fit_curve(travelled, points, weights, edge, has_pole=has_pole)
-    return meridian
-
-
-def _edge_length(vertices: Floats, faces: Ints) -> float:
-    return float(np.median(np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1)))
-
-
-def _first_arc(rings: Floats, vertices: Floats, faces: Ints, edge: float) -> tuple[Floats, bool]:
-    """Distance along the edges from where the meridians begin, and whether that is a pole."""
-    radius = np.linalg.norm(rings[:, :2], axis=1)
-    around = [loop for loop in boundary_loops(faces, name="the surface") if _winds(rings[loop, :2])]
-    if not around:  # a sector: along its longest extent in the half plane
-        return _along_sector(np.column_stack([radius, rings[:, 2]])), False
-    around.sort(key=lambda loop: float(radius[loop].mean()))
+    loops = boundary_loops(faces, name="the surface")
+    around = sorted(
+        (loop for loop in loops if _winds(rings[loop, :2])),
+        key=lambda loop: float(radius[loop].mean()),
+    )
     if len(around) == 1:
-        near = np.flatnonzero(radius <= radius.min() + edge)
-        rim = rings[around[0]].mean(axis=0)
-        begin = near[[np.linalg.norm(rings[near] - rim, axis=1).argmax()]]
-    else:
-        begin = around[0]
-    distance = _edge_distance(vertices, faces, begin)
-    return float(radius[begin].mean()) + distance, len(around) == 1
+        return _from_pole(arc, correction, rings, around[0], faces)
+    begin = around[0] if around else np.argsort(radius, kind="stable")[: len(radius) // 50 + 1]
+    if arc[begin].mean() > arc.mean():
+        arc = -arc
+    arc = arc + correction
+    from_opening: Floats = arc - arc[begin].mean() + radius[begin].mean()
+    return from_opening
+
+
+def _from_pole(arc: Floats, correction: Floats, rings: Floats, rim: Ints, faces: Ints) -> Floats:
+    radius = np.linalg.norm(rings[:, :2], axis=1)
+    edge = float(np.median(np.linalg.norm(rings[faces[:, 0]] - rings[faces[:, 1]], axis=1)))
+    near = np.flatnonzero(radius <= radius.min() + edge)
+    pole = near[np.linalg.norm(rings[near] - rings[rim].mean(axis=0), axis=1).argmax()]
+    distance = np.linalg.norm(rings - [0.0, 0.0, rings[pole, 2]], axis=1)
+    around = distance < POLE * edge
+    if arc[around].mean() > arc[rim].mean():
+        arc = -arc
+    arc = arc + correction
+    from_pole: Floats = np.maximum(arc + np.median((distance - arc)[around]), 0.0)
+    return from_pole
 
 
 def _winds(outline: Floats) -> bool:
@@ -117,65 +158,3 @@ def _winds(outline: Floats) -> bool:
     cross = outline[:, 0] * ahead[:, 1] - outline[:, 1] * ahead[:, 0]
     turned = np.arctan2(cross, (outline * ahead).sum(axis=1)).sum()
     return bool(abs(turned) > np.pi)
-
-
-def _along_sector(points: Floats) -> Floats:
-    offsets = points - points.mean(axis=0)
-    _, directions = np.linalg.eigh(offsets.T @ offsets)
-    along = offsets @ directions[:, 1]
-    if along @ points[:, 0] < 0:
-        along = -along
-    way: Floats = along - along.min() + points[:, 0].min()
-    return way
-
-
-def _edge_distance(vertices: Floats, faces: Ints, begin: Ints) -> Floats:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import dijkstra
-
-    edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
-    length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-    count = len(vertices)
-    linked = coo_array((length, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
-    distance: Floats = dijkstra(linked, directed=False, indices=begin, min_only=True)
-    return distance
-
-
-def _fit_curve(
-    travelled: Floats, points: Floats, weights: Floats, edge: float, *, has_pole: bool
-) -> Meridian:
-    """Fit r and z as smooth functions of the way; through a pole r is odd and z even."""
-    from scipy.interpolate import BSpline
-
-    first, last = float(travelled.min()), float(travelled.max())
-    along, target, trust = travelled, points, weights
-    if has_pole:
-        along = np.concatenate([travelled, -travelled])
-        target = np.concatenate([points, points * [-1.0, 1.0]])
-        trust = np.concatenate([weights, weights])
-    low = -last if has_pole else first
-    pieces = int(np.clip((last - low) / (EDGES_PER_KNOT * edge), 4, MOST_KNOTS))
-    pieces += has_pole and pieces % 2
-    knots = np.linspace(low, last, pieces + 1)
-    step = knots[1] - knots[0]
-    padded = np.concatenate(
-        [low - step * np.arange(3, 0, -1), knots, last + step * np.arange(1, 4)]
-    )
-    basis = BSpline.design_matrix(np.clip(along, low, last), padded, 3).tocsc()
-    curve = BSpline(padded, _solve_robustly(basis, target, trust), 3)
-    ways = np.linspace(0.0 if has_pole else first, last, SAMPLES)
-    return curve_meridian(curve(ways))
-
-
-def _solve_robustly(basis, target: Floats, trust: Floats) -> Floats:  # type: ignore[no-untyped-def]
-    """Coefficients of least squares; points that lie off the curve lose their weight."""
-    bends = np.diff(np.eye(basis.shape[1]), n=2, axis=0)
-    weight = trust
-    size = float(np.ptp(target[:, 1]) + np.ptp(target[:, 0]))
-    for _ in range(3):
-        normal = (basis.T @ (basis.multiply(weight[:, None]))).toarray()
-        normal += STIFFNESS * np.trace(normal) / len(normal) * (bends.T @ bends)
-        found = np.linalg.solve(normal, basis.T @ (target * weight[:, None]))
-        weight = trust * tukey(np.linalg.norm(target - basis @ found, axis=1) / size)
-    solved: Floats = np.asarray(found)
-    return solved

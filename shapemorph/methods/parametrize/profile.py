@@ -13,7 +13,7 @@ from shapemorph.methods.parametrize.meridian import (
     Meridian,
     arc_length,
     curve_meridian,
-    measure_meridian,
+    measure_arc,
 )
 from shapemorph.methods.parametrize.revolution_axis import fit_revolution_axis
 from shapemorph.methods.parametrize.round_fit import tukey
@@ -58,10 +58,9 @@ def parametrise_profile(
     radius = np.linalg.norm(rings[:, :2], axis=1)
     half_plane = np.column_stack([radius, rings[:, 2]])
     if meridian is None:
-        curve = measure_meridian(rings, vertices, faces, weights)
+        arc = measure_arc(rings, faces)
     else:
-        curve = lay_meridian(meridian, half_plane, weights)
-    arc = arc_length(curve, half_plane)
+        arc = arc_length(lay_meridian(meridian, half_plane, weights), half_plane)
     stretch = np.where(radius > 0, arc / np.where(radius > 0, radius, 1.0), 1.0)
     return show_outer_side(vertices, faces, stretch[:, None] * rings[:, :2])
 

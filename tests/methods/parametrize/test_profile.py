@@ -35,7 +35,7 @@ def flatten(points, faces, centre=None, axis=None, meridian=None):
 def test_radii_are_the_arc_of_a_bulge(revolve, anywhere, scale):
     points, faces, way, _ = revolve(bulge)
     plane = flatten(anywhere(points, scale), faces)
-    # a spline of 20 pieces through exact points
+    # chords of 40 rings
     np.testing.assert_allclose(np.linalg.norm(plane, axis=1) / scale, bulge_arc(way), atol=2e-4)
     assert singular_values(anywhere(points, scale), faces, plane).flips == 0
 
@@ -43,7 +43,7 @@ def test_radii_are_the_arc_of_a_bulge(revolve, anywhere, scale):
 def test_radii_are_the_arc_of_a_dome_with_an_upright_wall(revolve, anywhere):
     points, faces, way, azimuth = revolve(dome, 60)
     plane = flatten(anywhere(points), faces)
-    np.testing.assert_allclose(np.linalg.norm(plane, axis=1), way * (CAP + WALL), atol=2e-4)
+    np.testing.assert_allclose(np.linalg.norm(plane, axis=1), way * (CAP + WALL), atol=3e-4)
     turned = np.unwrap(np.arctan2(*plane[-360:].T[::-1]))
     np.testing.assert_allclose(turned - turned[0], azimuth[-360:], atol=1e-6)
 
@@ -52,8 +52,9 @@ def test_noise_of_the_vertices_averages_out_along_the_meridian(revolve, anywhere
     points, faces, way, _ = revolve(dome, 60)
     off = np.linalg.norm(flatten(anywhere(points, noise=1e-3), faces), axis=1)
     error = off - way * (CAP + WALL)
-    # each vertex keeps its own noise; the axis and the length of the curve must not drift
-    assert abs(error.mean()) < 2e-4
+    # noise of 3 % of an edge makes the surface rougher, and so its meridians longer, by half
+    # the square of the slopes: 1e-3 of 2; each vertex keeps its own noise besides
+    assert 0 < error.mean() < 1.5e-3
     assert error.std() < 1.3e-3
 
 
@@ -115,3 +116,20 @@ def test_it_is_shown_from_outside_and_from_inside(revolve, anywhere):
     space = anywhere(points)
     for side in (faces, faces[:, ::-1]):
         assert singular_values(space, side, flatten(space, side)).flips == 0
+
+
+def hat(way):
+    """A flat top, an upright wall and a flat flange."""
+    r = np.where(way < 0.5, way, np.maximum(0.5, 2 * way - 1.0))
+    return r, -np.clip(2 * way - 1.0, 0.0, 0.5)
+
+
+def test_right_angles_do_not_bunch_the_map(revolve, anywhere):
+    points, faces, _, _ = revolve(hat, 60)
+    space = anywhere(points, noise=2e-4)
+    stretch = singular_values(space, faces, flatten(space, faces))
+    # along meridians 1, around the axis more; a ring of faces is 0.017 to 0.033 wide, and the
+    # mean of two slopes at a corner costs each side a little
+    low, high = np.quantile(stretch.sigma_2, [0.005, 0.995])
+    assert low > 0.95
+    assert high < 1.05
