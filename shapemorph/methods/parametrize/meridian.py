@@ -144,7 +144,7 @@ def _from_pole(arc: Floats, correction: Floats, rings: Floats, rim: Ints, faces:
     near = np.flatnonzero(radius <= radius.min() + edge)
     pole = near[np.linalg.norm(rings[near] - rings[rim].mean(axis=0), axis=1).argmax()]
     distance = np.linalg.norm(rings - [0.0, 0.0, rings[pole, 2]], axis=1)
-    around = distance < POLE * edge
+    around = distance < POLE * edge + radius[pole]
     if arc[around].mean() > arc[rim].mean():
         arc = -arc
     arc = arc + correction
