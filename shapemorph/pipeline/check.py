@@ -25,8 +25,8 @@ def check_inputs(config: RunConfig) -> dict[str, Any]:
     inputs.check_landmarks()
     reports = inputs.load("reports")
     landmarks = inputs.load("landmarks")
-    for region in ("region", "rigid_region"):
-        inputs.load(region)
+    for source in ("region", "rigid_region", "meridian"):
+        inputs.load(source)
     return {
         "files": [str(path) for path in files],
         "inputs": asdict(reports),
