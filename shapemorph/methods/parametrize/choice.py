@@ -30,6 +30,7 @@ FREE: dict[str, Callable[[Floats, Ints], Floats]] = {
 }
 """Flattenings that know no axis: turned and scaled afterwards."""
 
+MOST_CRUDE = 2.0  # shear that a given meridian may add to that of the mesh's own
 PROJECTIONS = ("orthographic", "spherical", "cylindrical", "profile")
 """Flattenings that keep their axes and their millimetres."""
 
@@ -120,17 +121,19 @@ def _lay_by_profile(
     meridian: Floats | None,
     most_lost: float,
 ) -> tuple[Flattening, str]:
-    """Flatten by the given meridian where that is sound, else by the mesh's own."""
-    refused = ""
-    if meridian is not None:
-        plane = parametrise_profile(vertices, faces, centre=centre, axis=axis, meridian=meridian)
-        given = mend_and_judge(vertices, faces, plane, "profile")
-        if given.lost <= most_lost:
-            return given, f"{given.describe()}, by the given meridian, as asked"
-        refused = f" (the given meridian does not fit: {given.describe()})"
+    """Flatten by the given meridian where it is near the mesh's own, else by that one."""
     plane = parametrise_profile(vertices, faces, centre=centre, axis=axis, meridian=None)
-    flattening = mend_and_judge(vertices, faces, plane, "profile")
-    return flattening, f"{flattening.describe()}, by the meridian of the mesh, as asked{refused}"
+    own = mend_and_judge(vertices, faces, plane, "profile")
+    if meridian is None:
+        return own, f"{own.describe()}, by the meridian of the mesh, as asked"
+    plane = parametrise_profile(vertices, faces, centre=centre, axis=axis, meridian=meridian)
+    given = mend_and_judge(vertices, faces, plane, "profile")
+    if given.lost <= most_lost and given.anisotropy <= MOST_CRUDE * own.anisotropy:
+        return given, f"{given.describe()}, by the given meridian, as asked"
+    return own, (
+        f"{own.describe()}, by the meridian of the mesh (the given one does not fit it: "
+        f"{given.describe()})"
+    )
 
 
 def place(vertices: Floats, piece: Piece, flattening: Flattening) -> Floats:

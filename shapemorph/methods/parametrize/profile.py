@@ -20,6 +20,8 @@ from shapemorph.methods.parametrize.round_fit import tukey
 
 SHIFTS = 12  # steps that lay a given meridian on the surface
 STARTS = 5
+RINGS = 60  # into which the way is cut to follow a given meridian
+STEEPEST = 5.0  # change of length, and its inverse, that a given meridian may ask for
 
 
 def parametrise_profile(
@@ -57,12 +59,47 @@ def parametrise_profile(
     rings = (vertices - point) @ np.stack([right, up, along], axis=1)
     radius = np.linalg.norm(rings[:, :2], axis=1)
     half_plane = np.column_stack([radius, rings[:, 2]])
-    if meridian is None:
-        arc = measure_arc(rings, faces)
-    else:
-        arc = arc_length(lay_meridian(meridian, half_plane, weights), half_plane)
+    arc = measure_arc(rings, faces)
+    if meridian is not None:
+        given = arc_length(lay_meridian(meridian, half_plane, weights), half_plane)
+        arc = follow(arc, given, weights)
     stretch = np.where(radius > 0, arc / np.where(radius > 0, radius, 1.0), 1.0)
     return show_outer_side(vertices, faces, stretch[:, None] * rings[:, :2])
+
+
+def follow(way: Floats, given: Floats, weights: Floats) -> Floats:
+    """Replace a way by a smooth rising function of it that is close to a given one.
+
+    Nearest points of a curve bunch and part at its bends; their mean over a ring does not.
+    Its slope is kept between a fifth and five.
+
+    Parameters
+    ----------
+    way, given : (V,)
+        Along the mesh, and along the given meridian.
+    weights : (V,)
+
+    Returns
+    -------
+    (V,)
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    ring = ((way - way.min()) / np.ptp(way) * RINGS).astype(np.int64).clip(0, RINGS - 1)
+    total = np.bincount(ring, weights, minlength=RINGS)
+    used = total > 0
+    nodes, values = (
+        np.bincount(ring, weights * each, minlength=RINGS)[used] / total[used]
+        for each in (way, given)
+    )
+    slopes = np.clip(np.diff(values) / np.diff(nodes), 1 / STEEPEST, STEEPEST)
+    beyond = np.ptp(way) / RINGS
+    nodes = np.concatenate([nodes[:1] - beyond, nodes, nodes[-1:] + beyond])
+    slopes = np.concatenate([slopes[:1], slopes, slopes[-1:]])
+    rise = np.concatenate([[0.0], np.cumsum(slopes * np.diff(nodes))])
+    law = PchipInterpolator(nodes, rise)(way)
+    followed: Floats = np.maximum(law + np.average(given - law, weights=weights), 0.0)
+    return followed
 
 
 def lay_meridian(meridian: Floats, points: Floats, weights: Floats) -> Meridian:

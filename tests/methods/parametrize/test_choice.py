@@ -70,7 +70,7 @@ def test_a_meridian_that_does_not_fit_is_replaced_and_the_reason_says_so(revolve
     assert "by the given meridian, as asked" in lay(space, faces, "profile", meridian=fitting)[1]
     spiral = np.stack([10 + 9 * np.cos(r), 9 * np.sin(r)], axis=1)
     flattening, why = lay(space, faces, "profile", meridian=spiral)
-    assert "the given meridian does not fit" in why
+    assert "the given one does not fit it" in why
     assert flattening.flips == 0
 
 
@@ -80,3 +80,12 @@ def test_a_closed_surface_is_refused_with_advice(method):
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     with pytest.raises(DataError, match=r"part\.obj: expected a surface with a border"):
         lay(corners, faces, method)
+
+
+def test_the_meridian_of_the_deformed_shape_is_not_forced_on_a_flat_reference(revolve, anywhere):
+    points, faces, _, _ = revolve(lambda way: (way, 0 * way), 24)
+    polar = np.linspace(0, 1.5, 60)
+    cap = np.stack([0.6 * np.sin(polar), 0.6 * np.cos(polar)], axis=1)
+    flattening, why = lay(anywhere(points, 20.0), faces, "profile", meridian=20 * cap)
+    assert "the given one does not fit it" in why
+    assert flattening.anisotropy == pytest.approx(1.0, abs=1e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shapemorph.methods.distortion import singular_values
-from shapemorph.methods.parametrize.profile import lay_meridian, parametrise_profile
+from shapemorph.methods.parametrize.profile import follow, lay_meridian, parametrise_profile
 from shapemorph.methods.parametrize.revolution_axis import fit_revolution_axis
 
 CAP, WALL = np.pi / 2, 0.43
@@ -133,3 +133,14 @@ def test_right_angles_do_not_bunch_the_map(revolve, anywhere):
     low, high = np.quantile(stretch.sigma_2, [0.005, 0.995])
     assert low > 0.95
     assert high < 1.05
+
+
+def test_a_given_way_is_followed_smoothly_and_never_backwards():
+    rng = np.random.default_rng(0)
+    way = np.sort(rng.uniform(0, 2, 20_000))
+    smooth = 0.8 * way + 0.1 * np.sin(3 * way)
+    found = follow(way, smooth + rng.normal(0, 0.02, len(way)), np.ones(len(way)))
+    # rings of 0.033 with 333 points each: 0.02 / sqrt(333), and the bend within a ring
+    np.testing.assert_allclose(found, smooth, atol=6e-3)
+    backwards = follow(way, np.where(way < 1, way, 2 - way), np.ones(len(way)))
+    assert np.diff(backwards).min() > 0
