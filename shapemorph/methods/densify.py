@@ -8,7 +8,11 @@ from shapemorph.core.arrays import Bools, Floats, Greys
 from shapemorph.core.matching import Warp
 from shapemorph.kernels.zncc import resample_through, search
 from shapemorph.methods.contrast import Pattern
+from shapemorph.methods.speckle_ellipse import mean_covariance
+from shapemorph.methods.views import blur_anisotropic
 from shapemorph.methods.warping import warp_points
+
+UNLIKE = 0.5  # of the narrower speckle's covariance: a smaller difference is left alone
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +95,7 @@ def search_grid(
         warp.coefficients, warp.origin, warp.spacing, softened, deformed.mask,
         *still.shape, 1.0 / how.reduction,
     )  # fmt: skip
+    still, moved = _equally_soft(still, moved, (still_mask > 0) & (moved_mask > 0))
     found = search(
         still, still_mask, moved, moved_mask, pixels,
         how.half, how.radius, how.stride, how.least_inside,
@@ -153,6 +158,24 @@ def _stride_px(warp: Warp, known: Floats) -> float:
     """Median length in the deformed picture of one px of the reference."""
     _targets, gradient = warp_points(warp, known)
     return float(np.sqrt(np.median(np.abs(np.linalg.det(gradient)))))
+
+
+def _equally_soft(still: Greys, moved: Greys, seen: Bools) -> tuple[Greys, Greys]:
+    """Blur, along each direction, the sharper of two pictures like the softer.
+
+    What they show is alike, so that a speckle that is wider in one of them is out of focus
+    there, or was seen from farther away.
+    """
+    ours, theirs = mean_covariance(still, seen), mean_covariance(moved, seen)
+    if ours is None or theirs is None:
+        return still, moved
+    eigenvalues, axes = np.linalg.eigh(theirs - ours)
+    least = UNLIKE * min(np.linalg.eigvalsh(ours)[0], np.linalg.eigvalsh(theirs)[0])
+    both = []
+    for values, sign in ((still, 1.0), (moved, -1.0)):
+        missing = np.where(sign * eigenvalues > least, sign * eigenvalues, 0.0)
+        both.append(np.asarray(blur_anisotropic(values, (axes * missing) @ axes.T), np.float32))
+    return both[0], both[1]
 
 
 def _soften(values: Greys, stride: float) -> Greys:

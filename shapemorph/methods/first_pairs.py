@@ -16,13 +16,14 @@ from shapemorph.methods.consistency import consistent_pairs, frame_support
 from shapemorph.methods.contrast import Pattern, even_contrast
 from shapemorph.methods.descriptor_match import match_descriptors
 from shapemorph.methods.features import Features, detect_features
-from shapemorph.methods.speckle_ellipse import SpeckleField, measure_speckle
-from shapemorph.methods.views import round_views
+from shapemorph.methods.speckle_ellipse import SpeckleField, measure_speckle, without_blur
+from shapemorph.methods.views import SHARP, Softness, measure_in_view, round_views, rounding
 
 # Lengths below are in standard deviations of the speckle (its width at half maximum is 3.3
 # of them) unless they say px.
 LIGHT_WINDOW = 27.0
 SPECKLE_WINDOW = 66.0
+FINE_WINDOW, FINE_STD, FINE_ROUNDS = 9.0, 3.0, 3  # the second in px
 VIEW_STD = 1.5  # px
 CELL = 22.0
 PER_CELL = (6.0, 9.6)
@@ -44,6 +45,11 @@ class Side:
     def std(self) -> float:
         """Standard deviation of a round speckle of the same area, px, median."""
         return self.speckle.std
+
+    @property
+    def narrowest(self) -> float:
+        """Standard deviation of the speckle along its short axis, px, median."""
+        return float(np.exp(0.5 * np.linalg.eigvalsh(self.speckle.median)[0]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +126,36 @@ def measure_side(image: GreyImage, name: str) -> Side:
     return _measure_once(image, window, float(np.clip(SPECKLE_WINDOW * side.std, 64, 512)), name)
 
 
+def measure_fine_side(image: GreyImage, name: str) -> Side:
+    """Let fine detail speak in a texture that has all sizes, such as skin or wood.
+
+    Contrast is made even over windows of few grains that are stretched like the grain
+    itself, again and again until window and grain agree; so the result follows the
+    material however long its grain is.
+
+    Parameters
+    ----------
+    image : GreyImage
+    name : str
+        What a message calls the picture.
+
+    Raises
+    ------
+    StageError
+        If the picture is blank.
+    """
+    side = measure_side(image, name)
+    for _ in range(FINE_ROUNDS):
+        window = 2 * int(FINE_WINDOW * FINE_STD / 2) + 1
+        matrix = rounding(side.speckle.median, FINE_STD)
+        pattern = even_contrast(image, window=window, rounding=matrix)
+        speckle = measure_in_view(pattern, matrix, window=SPECKLE_WINDOW * FINE_STD)
+        if speckle is None:
+            break
+        side = Side(pattern, speckle)
+    return side
+
+
 def budgets(left: Side, right: Side) -> tuple[Budget, Budget]:
     """Features that both pictures should have: more in that which shows less at once."""
     growth = (right.std / left.std) ** 2
@@ -129,16 +165,42 @@ def budgets(left: Side, right: Side) -> tuple[Budget, Budget]:
     )
 
 
-def side_features(side: Side, budget: Budget) -> Features:
-    """Detect features where the speckle is made round."""
-    cells = side.pattern.mask.sum() / (CELL * side.std) ** 2
+def side_features(side: Side, budget: Budget, softness: Softness = SHARP) -> Features:
+    """Detect features where the speckle is made round.
+
+    Parameters
+    ----------
+    side : Side
+    budget : Budget
+    softness : Softness
+        Blur of the picture, and blur that the features shall be seen with.
+    """
+    speckle = without_blur(side.speckle, softness.lens) if softness.lens else side.speckle
+    width = CELL * speckle.std * np.hypot(1.0, softness.wanted)
+    cells = side.pattern.mask.sum() / width**2
     wider = np.sqrt(max(1.0, cells * budget.per_cell / budget.most))
     return detect_features(
-        round_views(side.pattern, side.speckle, std=VIEW_STD),
+        round_views(side.pattern, speckle, std=VIEW_STD, softness=softness),
         contrast=0.02,
-        cell=CELL * side.std * wider,
+        cell=width * wider,
         per_cell=round(budget.per_cell),
     )
+
+
+def equally_soft(soft: Side, lens: float) -> tuple[Softness, Softness]:
+    """Blur with which a sharp picture looks like one that is out of focus by `lens`, px.
+
+    The soft one cannot be made sharper: its blur, seen where the sharp speckle would be
+    round, is made round, and the sharp one is blurred as much.
+
+    Returns
+    -------
+    tuple of Softness
+        Of the sharp picture, of the soft one.
+    """
+    eigenvalues = np.exp(np.linalg.eigvalsh(without_blur(soft.speckle, lens).median))
+    wanted = lens / float(np.sqrt(eigenvalues[0]))
+    return Softness(0.0, wanted), Softness(lens, wanted)
 
 
 def pair_features(ours: Features, theirs: Features, *, std: float, ratio: float) -> FirstPairs:

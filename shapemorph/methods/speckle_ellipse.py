@@ -15,6 +15,7 @@ from shapemorph.methods.contrast import Pattern
 BLUR = 0.7  # px, before differentiating: noise and pixels have no say
 OPERATOR = 11 / 16  # px^2 that Scharr's operator adds to a Gaussian speckle, to first order
 LEAST = 0.25  # share of the measured covariance that the corrections must leave
+LEAST_SHARP = 0.1  # share of the covariance that the blur of the lens must leave
 MARGIN = 3  # px beside the rim of the mask that gradients are not trusted
 LATTICE = 8  # px between the points of the field
 
@@ -87,6 +88,75 @@ def measure_speckle(pattern: Pattern, *, window: float) -> SpeckleField | None:
     logarithm = (axes * np.log(covariance)[..., None, :]) @ axes.swapaxes(-1, -2)
     logarithm[~trusted] = np.median(logarithm[trusted], axis=0)
     return SpeckleField(logarithm, trusted)
+
+
+def without_blur(field: SpeckleField, lens: float) -> SpeckleField:
+    """Shape of the speckle as a picture without the blur of the lens would show it.
+
+    Parameters
+    ----------
+    field : SpeckleField
+    lens : float
+        Standard deviation of that blur, px.
+    """
+    eigenvalues, axes = np.linalg.eigh(field.log_covariance)
+    covariance = np.exp(eigenvalues)
+    sharp = np.maximum(covariance - lens**2, LEAST_SHARP * covariance)
+    logarithm = (axes * np.log(sharp)[..., None, :]) @ axes.swapaxes(-1, -2)
+    return SpeckleField(logarithm, field.trusted)
+
+
+def mean_covariance(values: Greys, mask: Bools) -> Floats | None:
+    """(2, 2) covariance of the speckle over a whole picture, px^2; None without a pattern."""
+    import cv2
+
+    smooth = cv2.GaussianBlur(values, (0, 0), BLUR)
+    along_x = cv2.Scharr(smooth, cv2.CV_32F, 1, 0)[mask] / 32
+    along_y = cv2.Scharr(smooth, cv2.CV_32F, 0, 1)[mask] / 32
+    if len(along_x) == 0:
+        return None
+    variance = float(smooth[mask].var(dtype=np.float64))
+    xx, xy, yy = (
+        float((one * other).mean(dtype=np.float64))
+        for one, other in ((along_x, along_x), (along_x, along_y), (along_y, along_y))
+    )
+    products = np.array([[xx, xy], [xy, yy]]) / max(variance, 1e-6)
+    eigenvalues, axes = np.linalg.eigh(products)
+    if eigenvalues[0] <= 0 or variance < 1e-3:
+        return None
+    raw = 0.5 / eigenvalues
+    covariance: Floats = (axes * np.maximum(raw - (BLUR**2 + OPERATOR), LEAST * raw)) @ axes.T
+    return covariance
+
+
+def seen_from(field: SpeckleField, matrix: Floats, shape: tuple[int, int]) -> SpeckleField:
+    """Carry the shape of a speckle over to the picture that a view was made of.
+
+    Parameters
+    ----------
+    field : SpeckleField
+        Of the view.
+    matrix : (2, 3)
+        Position in the view = matrix[:, :2] @ position in the picture + matrix[:, 2].
+    shape : (H, W)
+        Of the picture, px.
+    """
+    rows, cols = np.mgrid[: -(-shape[0] // LATTICE), : -(-shape[1] // LATTICE)]
+    place = (np.stack([cols, rows], -1) + 0.5) * LATTICE - 0.5
+    place = (place @ matrix[:, :2].T + matrix[:, 2] + 0.5) / LATTICE
+    c, r = np.floor(place).astype(np.int64).transpose(2, 0, 1)
+    height, width = field.trusted.shape
+    inside = (c >= 0) & (r >= 0) & (c < width) & (r < height)
+    r, c = np.where(inside, r, 0), np.where(inside, c, 0)
+    trusted = inside & field.trusted[r, c]
+    back = np.linalg.inv(matrix[:, :2])
+    eigenvalues, axes = np.linalg.eigh(field.log_covariance[r, c])
+    there = (axes * np.exp(eigenvalues)[..., None, :]) @ axes.swapaxes(-1, -2)
+    eigenvalues, axes = np.linalg.eigh(back @ there @ back.T)
+    logarithm = (axes * np.log(eigenvalues)[..., None, :]) @ axes.swapaxes(-1, -2)
+    if trusted.any():
+        logarithm[~trusted] = np.median(logarithm[trusted], axis=0)
+    return SpeckleField(logarithm, trusted if trusted.any() else np.ones_like(trusted))
 
 
 def _local_moments(pattern: Pattern, sigma: float) -> tuple[Floats, Floats]:

@@ -1,7 +1,6 @@
 """Stage `match`: two pictures of one material to pairs of points and smooth warps."""
 
 import logging
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,13 +18,8 @@ from shapemorph.methods.densify import (
     nearest_distance,
     search_grid,
 )
-from shapemorph.methods.first_pairs import (
-    CELL,
-    NEIGHBOURS,
-    Side,
-    first_pairs,
-    measure_side,
-)
+from shapemorph.methods.first_pairs import CELL, NEIGHBOURS, Side
+from shapemorph.methods.second_tries import Start, find_start, what_is_wrong
 from shapemorph.methods.warp_fit import WarpFit, fit_warp_checked, fold_share
 from shapemorph.methods.warping import warp_points
 
@@ -33,10 +27,11 @@ _log = logging.getLogger(__name__)
 
 # Lengths below are in standard deviations of the speckle (its width at half maximum is 3.3
 # of them) unless they say px.
+ENOUGH_PAIRS = 40  # with so many first ones no other way of matching is tried
 WORK_STD = 1.8  # px: coarser speckle is searched in reduced pictures
 FIRST_STEP, STEP = 11.0, 7.0
 LEAST_STEP = 3.0  # where the picture is small for its speckle
-ENOUGH_GRID_POINTS, MOST_GRID_POINTS = 1_500, 8_000
+ENOUGH_GRID_POINTS, MOST_GRID_POINTS = (500, 1_500), 8_000
 WINDOW = 15.0
 FIRST_RADIUS, RADIUS = 4.5, 2.2
 SEARCH_STRIDE = 1.3
@@ -78,9 +73,21 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
     StageError
         If a picture is blank or too few pairs agree with each other.
     """
-    with ThreadPoolExecutor(2) as pool:
-        left, right = pool.map(measure_side, (reference, deformed), ("reference", "deformed"))
-    pairs = _start(left, right, config)
+    enough = max(ENOUGH_PAIRS, 2 * config.min_matches)
+    start = find_start(reference, deformed, ratio=config.ratio, enough=enough)
+    try:
+        return _extend(start, config)
+    except StageError as error:
+        cause = what_is_wrong(start, ratio=config.ratio, needed=config.min_matches)
+        if not cause:
+            raise
+        raise StageError(_too_few(cause, start.pairs.counts)) from error
+
+
+def _extend(start: Start, config: MatchConfig) -> Matches:
+    """Search the whole picture through the warp of the first pairs, and settle."""
+    left, right = start.left, start.right
+    pairs = _first_warp(start, config)
     features = pairs.source, pairs.target
     settled = np.inf
     for number in range(config.max_rounds):
@@ -93,9 +100,9 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
     return _finish(left, right, pairs, settled)
 
 
-def _start(left: Side, right: Side, config: MatchConfig) -> _Pairs:
-    """Features that agree with their neighbours, and the warp through them."""
-    found = first_pairs(left, right, ratio=config.ratio)
+def _first_warp(start: Start, config: MatchConfig) -> _Pairs:
+    """Fit the warp through features that agree with their neighbours."""
+    found, left = start.pairs, start.left
     _require(len(found), found.counts, config)
     gap = np.sqrt(left.pattern.mask.sum() / len(found))
     fit = _fit(left, found.source, found.target, max(CELL * left.std, 2 * gap))
@@ -133,12 +140,13 @@ def _search_round(
 
 def _grid_search(side: Side, warp: Warp, *, first: bool) -> GridSearch:
     """Sizes of grid, window and search for the speckle of the reference picture."""
-    reduction = max(1, round(side.std / WORK_STD))
+    reduction = max(1, round(side.narrowest / WORK_STD))
     work_std = side.std / reduction
-    stride = max(1, round(SEARCH_STRIDE * work_std))
+    stride = max(1, round(SEARCH_STRIDE * side.narrowest / reduction))
     area = float(side.pattern.mask.sum())
-    finer = max(LEAST_STEP * side.std, np.sqrt(area / ENOUGH_GRID_POINTS))
-    step = min(side.std * (FIRST_STEP if first else STEP), finer if not first else np.inf)
+    enough = ENOUGH_GRID_POINTS[0] if first else ENOUGH_GRID_POINTS[1]
+    finer = max(LEAST_STEP * side.std, np.sqrt(area / enough))
+    step = min(side.std * (FIRST_STEP if first else STEP), finer)
     step = max(step, np.sqrt(area / MOST_GRID_POINTS))
     return GridSearch(
         step=step,

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -12,6 +13,13 @@ EDGE = 0.3  # width of the soft edge of a speckle, in diameters
 PITCH = 0.85  # distance between speckles, in diameters
 
 Map = Callable[[Floats], Floats]
+
+
+class Painted(Protocol):
+    """Anything that has a grey level at every material point."""
+
+    def at(self, points: Floats) -> Floats:
+        """Grey, about N(0, 1), at points (..., 2)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +81,8 @@ class Exposure:
         Standard deviation of the grey noise, levels of 255.
     seed : int
         Of the noise.
+    blur : float
+        Standard deviation of the blur of the lens, px.
     """
 
     gain: float
@@ -80,21 +90,22 @@ class Exposure:
     slope: float
     noise: float
     seed: int
+    blur: float = 0.0
 
 
 def take_picture(
-    speckle: PlanarSpeckle,
+    speckle: Painted,
     shape: tuple[int, int],
     exposure: Exposure,
     *,
     material_at: Map,
     inside: Callable[[Floats], Bools],
 ) -> GreyImage:
-    """Take a picture of a speckle that lies anyhow.
+    """Take a picture of a pattern that lies anyhow.
 
     Parameters
     ----------
-    speckle : PlanarSpeckle
+    speckle : PlanarSpeckle, PlanarTexture or the like
     shape : (H, W)
     exposure : Exposure
     material_at : callable (..., 2) -> (..., 2)
@@ -105,11 +116,21 @@ def take_picture(
     rows, cols = np.mgrid[: shape[0], : shape[1]].astype(np.float64)
     material = material_at(np.stack([cols, rows], axis=-1))
     mask = inside(material)
-    grey = 0.5 + 0.18 * exposure.gain * speckle.at(material) + exposure.offset
+    pattern = _blurred(speckle.at(material), exposure.blur)
+    grey = 0.5 + 0.18 * exposure.gain * pattern + exposure.offset
     grey += exposure.slope * (cols / shape[1] - 0.5)
     grey += np.random.default_rng(exposure.seed).normal(0.0, exposure.noise / 255, shape)
     levels = np.rint(255 * np.clip(grey, 0.0, 1.0)) / 255
     return GreyImage(np.where(mask, levels, 0.0).astype(np.float32), mask)
+
+
+def _blurred(pattern: Floats, blur: float) -> Floats:
+    import cv2
+
+    if blur == 0:
+        return pattern
+    soft: Floats = cv2.GaussianBlur(pattern, (0, 0), blur)
+    return soft
 
 
 def inverse_at(material_at: Map, points: Floats, start: Floats) -> Floats:

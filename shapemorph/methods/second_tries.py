@@ -1,0 +1,167 @@
+"""What is tried when two pictures do not match the usual way, and why they may not."""
+
+import logging
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from shapemorph.core.image import GreyImage
+from shapemorph.methods.features import Features
+from shapemorph.methods.first_pairs import (
+    FirstPairs,
+    Side,
+    budgets,
+    equally_soft,
+    measure_fine_side,
+    measure_side,
+    pair_features,
+    side_features,
+)
+from shapemorph.methods.views import SHARP, Softness
+
+_log = logging.getLogger(__name__)
+
+LENS = (2.0, 1.4)  # px: blur of one side that is tried
+PLAUSIBLE = 1.2  # times the width of the narrowest speckle as measured: blur is not wider
+CONVINCING = 2  # times the pairs that are needed, for saying what is wrong with a pair
+
+Sides = tuple[Side, Side]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """The first pairs of two pictures, and how both were looked at.
+
+    Attributes
+    ----------
+    left, right : Side
+    features : tuple of Features
+        Of both.
+    pairs : FirstPairs
+    manner : str
+        What was done to find them; empty the usual way.
+    """
+
+    left: Side
+    right: Side
+    features: tuple[Features, Features]
+    pairs: FirstPairs
+    manner: str
+
+
+def find_start(reference: GreyImage, deformed: GreyImage, *, ratio: float, enough: int) -> Start:
+    """Find first pairs the usual way, and in other ways where these are too few.
+
+    Parameters
+    ----------
+    reference, deformed : GreyImage
+    ratio : float
+        Largest allowed distance of the best descriptor over that of the second best.
+    enough : int
+        Pairs with which nothing else is tried.
+
+    Returns
+    -------
+    Start
+        The first that has enough pairs, else that with most.
+
+    Raises
+    ------
+    StageError
+        If a picture is blank.
+    """
+    sides = _measured(measure_side, reference, deformed)
+    best = _attempt(sides, _Way("", (SHARP, SHARP)), ratio)
+    if len(best.pairs) >= enough or what_is_wrong(best, ratio=ratio, needed=enough):
+        return best
+    for attempt in _attempts(sides, (reference, deformed), ratio):
+        _log.info("%s: %d pairs", attempt.manner, len(attempt.pairs))
+        if len(attempt.pairs) > len(best.pairs):
+            best = attempt
+        if len(best.pairs) >= enough:
+            break
+    return best
+
+
+def what_is_wrong(start: Start, *, ratio: float, needed: int) -> str:
+    """Say whether one picture is the negative or the mirror image of the other.
+
+    Descriptors of both are those of the picture itself in another order, so that nothing
+    has to be detected again.
+
+    Returns
+    -------
+    str
+        Empty if it is neither.
+    """
+    ours, theirs = start.features
+    suspects = {
+        "one picture is the negative of the other (its contrast is inverted)": negative(ours),
+        "one picture is mirrored": mirrored(ours),
+        "one picture is mirrored and the negative of the other": negative(mirrored(ours)),
+    }
+    for sentence, changed in suspects.items():
+        pairs = pair_features(changed, theirs, std=start.right.std, ratio=ratio)
+        if len(pairs) >= max(CONVINCING * needed, CONVINCING * len(start.pairs)):
+            return sentence
+    return ""
+
+
+def negative(features: Features) -> Features:
+    """Features as the negative of the picture would have them: turned by half a turn."""
+    cells = features.descriptors.reshape(-1, 4, 4, 8)[:, ::-1, ::-1]
+    descriptors = np.ascontiguousarray(cells).reshape(-1, 128)
+    return Features(features.points, descriptors, -features.frames)
+
+
+def mirrored(features: Features) -> Features:
+    """Features as the picture with its left and right exchanged would have them, x = -x."""
+    directions = -np.arange(8) % 8
+    cells = features.descriptors.reshape(-1, 4, 4, 8)[:, ::-1][..., directions]
+    descriptors = np.ascontiguousarray(cells).reshape(-1, 128)
+    flip = np.diag([-1.0, 1.0])
+    frames = np.ascontiguousarray(flip @ features.frames @ np.diag([1.0, -1.0]))
+    return Features(np.ascontiguousarray(features.points @ flip), descriptors, frames)
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """A way of looking at two pictures."""
+
+    manner: str
+    softnesses: tuple[Softness, Softness]
+
+
+def _attempts(sides: Sides, images: tuple[GreyImage, GreyImage], ratio: float) -> Iterator[Start]:
+    """Find first pairs in other ways than the usual one, the likeliest first."""
+    for way in _soft_ways(sides):
+        yield _attempt(sides, way, ratio)
+    fine = _measured(measure_fine_side, *images)
+    yield _attempt(fine, _Way("fine detail", (SHARP, SHARP)), ratio)
+
+
+def _soft_ways(sides: Sides) -> Iterator[_Way]:
+    for lens in LENS:
+        for name, soft in (("deformed", sides[1]), ("reference", sides[0])):
+            narrowest = np.exp(np.linalg.eigvalsh(soft.speckle.median))[0]
+            if lens < PLAUSIBLE * np.sqrt(narrowest):
+                sharp, blurred = equally_soft(soft, lens)
+                pair = (sharp, blurred) if name == "deformed" else (blurred, sharp)
+                yield _Way(f"{name} picture out of focus by {lens:g} px", pair)
+
+
+def _measured(
+    measure: Callable[[GreyImage, str], Side], reference: GreyImage, deformed: GreyImage
+) -> Sides:
+    with ThreadPoolExecutor(2) as pool:
+        left, right = pool.map(measure, (reference, deformed), ("reference", "deformed"))
+    return left, right
+
+
+def _attempt(sides: Sides, way: _Way, ratio: float) -> Start:
+    with ThreadPoolExecutor(2) as pool:
+        ours, theirs = pool.map(side_features, sides, budgets(*sides), way.softnesses)
+    pairs = pair_features(ours, theirs, std=sides[1].std, ratio=ratio)
+    return Start(*sides, (ours, theirs), pairs, way.manner)
