@@ -98,7 +98,7 @@ def follow(way: Floats, given: Floats, weights: Floats) -> Floats:
     slopes = np.concatenate([slopes[:1], slopes, slopes[-1:]])
     rise = np.concatenate([[0.0], np.cumsum(slopes * np.diff(nodes))])
     law = PchipInterpolator(nodes, rise)(way)
-    followed: Floats = np.maximum(law + np.average(given - law, weights=weights), 0.0)
+    followed: Floats = law - law.min() + max(values[0] - slopes[0] * (nodes[1] - way.min()), 0.0)
     return followed
 
 

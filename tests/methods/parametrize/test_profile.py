@@ -140,7 +140,7 @@ def test_a_given_way_is_followed_smoothly_and_never_backwards():
     way = np.sort(rng.uniform(0, 2, 20_000))
     smooth = 0.8 * way + 0.1 * np.sin(3 * way)
     found = follow(way, smooth + rng.normal(0, 0.02, len(way)), np.ones(len(way)))
-    # rings of 0.033 with 333 points each: 0.02 / sqrt(333), and the bend within a ring
-    np.testing.assert_allclose(found, smooth, atol=6e-3)
+    # rings of 333 points: 0.02 / sqrt(333) = 1.1e-3 at each, at the first one also its slope
+    np.testing.assert_allclose(found, smooth, atol=8e-3)
     backwards = follow(way, np.where(way < 1, way, 2 - way), np.ones(len(way)))
     assert np.diff(backwards).min() > 0
