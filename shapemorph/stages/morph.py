@@ -148,15 +148,25 @@ def law_warp(
     law: Law,
 ) -> Warp:
     """Warp that a law describes by itself, however far from the truth."""
+    _require_one_page(reference, law)
     return LAWS[law](_Task(reference, deformed, matches, inputs, config))
+
+
+def _require_one_page(side: Side, law: Law) -> None:
+    pages = side.calibrated.chart.page_count if side.calibrated else 1
+    if law != "warp" and pages > 1:
+        raise StageError(
+            f"law {law} needs a reference that lies flat in one piece, got {pages} pages: choose "
+            "morph.law=warp, or flatten.charts=1"
+        )
 
 
 def _usable_warp(task: _Task) -> Warp:
     """Warp of the law, corrected until the pictures agree with it."""
     law = task.config.law
-    warp = LAWS[law](task)
     if law == "warp":
-        return warp
+        return task.matches.forward
+    warp = law_warp(task.reference, task.deformed, task.matches, task.inputs, task.config, law=law)
     pairs = task.matches.reference_px, task.matches.deformed_px
     settled = settle_warp(task.reference.image, task.deformed.image, warp, pairs)
     log.info("law %s: %.0f %% of the grid found through it", law, 100 * settled.found)

@@ -129,9 +129,12 @@ def _draw_profiles(axes: "Axes", view: RadialView) -> None:
         turned = view.angle - 2 * np.pi * number / PROFILES
         near = np.abs(np.angle(np.exp(1j * turned))) < width
         order = np.flatnonzero(near)[np.argsort(view.radius[near])]
-        axes.plot(view.out[order], view.up[order], color=COLOURS[0], linewidth=0.8, alpha=0.6)
+        axes.plot(view.out[order], view.up[order], color=COLOURS[0], linewidth=0.8, alpha=0.8)
     out, up = (binned(view.radius, values)[1] for values in (view.out, view.up))
-    axes.plot(out, up, color=INK, linewidth=2.2, label="mean, along which a profile map unrolls")
+    axes.plot(
+        out, up, color=COLOURS[4], linewidth=6, alpha=0.5, zorder=1,
+        label="mean, along which a profile map unrolls",
+    )  # fmt: skip
     axes.plot([], [], color=COLOURS[0], label=f"{PROFILES} measured profiles")
     axes.set_aspect("equal", adjustable="datalim")
     _name(axes, "distance from the axis [mm]", "height [mm]")

@@ -15,7 +15,7 @@ from shapemorph.io.truth_files import read_truth
 
 pytestmark = pytest.mark.slow
 
-CORRELATE_ON = ["correlate", "lift", "align", "strain"]
+CORRELATE_ON = ["correlate", "lift", "spread", "align", "strain"]
 
 
 @pytest.fixture

@@ -108,7 +108,7 @@ def test_a_changed_section_remakes_its_stage_and_what_shows_it(workshop):
     assert written == ["run.yaml", "measurement", "figures", "summary", "report"]
     assert workshop.files() == ALL_FILES
     ran, _ = workshop.measure(match={"ratio": 0.7}, strain={"window": 7})
-    assert ran == ["match", "morph", "correlate", "lift", "align", "strain"]
+    assert ran == ["match", "morph", "correlate", "lift", "spread", "align", "strain"]
 
 
 def test_a_changed_input_file_remakes_what_comes_from_it(workshop):
@@ -150,7 +150,7 @@ def test_until_stops_there_and_the_rest_follows_later(workshop):
     assert ran == ["inputs", "flatten", "match"]
     assert written == ["run.yaml", "flatten"]
     ran, written = workshop.measure()
-    assert ran == ["morph", "correlate", "lift", "align", "strain"]
+    assert ran == ["morph", "correlate", "lift", "spread", "align", "strain"]
     assert written == ["measurement", "figures", "summary", "report"]
 
 
@@ -163,7 +163,7 @@ def test_until_with_another_configuration_removes_what_no_longer_belongs(worksho
 def test_force_takes_along_what_depends_on_it(workshop):
     workshop.measure()
     ran, written = workshop.measure(force=["lift"])
-    assert ran == ["lift", "align", "strain"]
+    assert ran == ["lift", "spread", "align", "strain"]
     assert "measurement" in written
     assert "flatten" not in written
 
@@ -176,7 +176,7 @@ def test_a_stage_that_fails_leaves_no_outputs_of_an_earlier_run(workshop):
     assert workshop.files() == {"run.yaml.txt", "flatten/picture.txt"}
     workshop.failing.clear()
     ran, _ = workshop.measure(match={"ratio": 0.7})
-    assert ran == ["match", "morph", "correlate", "lift", "align", "strain"]
+    assert ran == ["match", "morph", "correlate", "lift", "spread", "align", "strain"]
     assert workshop.files() == ALL_FILES
 
 
