@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shapemorph.config import MorphConfig, RunConfig
+from shapemorph.config import FlattenConfig, MorphConfig, RunConfig
 from shapemorph.core.laws import Dots, LawInputs, NodalField, RadialProfile
 from shapemorph.io.meshes import read_mesh
 from shapemorph.methods.synthetic.shapes import material_map
@@ -35,6 +35,7 @@ def main() -> int:
     parser.add_argument("cases", nargs="*", default=["bulge", "dome", "indentation"])
     parser.add_argument("--faces", type=int, default=20_000)
     parser.add_argument("--texture", type=int, default=1024)
+    parser.add_argument("--flatten", default="auto", help="method of both sides")
     options = parser.parse_args()
     for row in (("case", "law", "law off by", "points", "rms", "p95", "time"), UNITS):
         print("{:12} {:24} {:>18} {:>7} {:>7} {:>7} {:>6}".format(*row))
@@ -55,8 +56,8 @@ def run_case(case, options):
             for side in ("reference", "deformed")
         ]
     nouns = {"reference": read[0], "deformed": read[1], "law_inputs": LawInputs()}
-    for name in ("flatten", "match"):
-        advance(nouns, name, getattr(CONFIG, name))
+    advance(nouns, "flatten", FlattenConfig(method=options.flatten))
+    advance(nouns, "match", CONFIG.match)
     measured(nouns, MorphConfig(), LawInputs())
     default = nouns["lift"]
     worst = 0.0

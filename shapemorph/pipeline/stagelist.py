@@ -193,7 +193,7 @@ STAGES: tuple[Stage, ...] = (
         "morph",
         _morph,
         ("reference", "deformed", "flatten", "match", "law_inputs"),
-        elsewhere=frozenset({"laws", "images", "dots", "fe"}),
+        elsewhere=frozenset({"laws", "images", "dots", "fe", "fe_deformed"}),
     ),
     Stage("correlate", _correlate, ("reference", "deformed", "region", "flatten", "morph")),
     Stage("lift", _lift, ("reference", "deformed", "flatten", "correlate")),
