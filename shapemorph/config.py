@@ -299,9 +299,9 @@ class DamageConfig(Section):
 class SynthesizeConfig(Section):
     """Section `synthesize`: a textured pair with exact truth."""
 
-    shape: Literal["dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid"] = Field(
-        "bulge", description="kind of deformation"
-    )
+    shape: Literal[
+        "dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid", "balloon"
+    ] = Field("bulge", description="kind of deformation")
     size: float = Field(70.0, gt=0, description="diameter or length of the object, mm")
     speckle: float = Field(0.8, gt=0, description="diameter of a speckle on the material, mm")
     faces: int = Field(40_000, ge=200, description="triangles of each mesh, about")

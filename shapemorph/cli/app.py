@@ -232,7 +232,7 @@ def synthesize(
     Parameters
     ----------
     case
-        Shape (dome, bulge, indentation, freeform, hole, tube, rigid) or a YAML file with a
+        Shape (dome, bulge, indentation, freeform, hole, tube, rigid, balloon) or a YAML file with a
         section `synthesize`.
     """
     from shapemorph.pipeline.synthesize import write_case

@@ -198,7 +198,7 @@ def test_a_closed_surface_lies_on_pages_that_show_all_of_it():
 
 
 def test_pages_of_both_states_show_the_same_material():
-    before, after = spotted(tube(120, 340)), spotted(tube(120, 340), (1.1, 1.1, 1.25))
+    before, after = spotted(tube(80, 220)), spotted(tube(80, 220), (1.1, 1.1, 1.25))
     pair = flatten(before, after, FlattenConfig())
     one, other = pair.reference.calibrated.chart, pair.deformed.calibrated.chart
     assert one.page_count == other.page_count > 1

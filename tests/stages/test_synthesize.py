@@ -30,7 +30,7 @@ def _grey(mesh, points):
 
 
 @pytest.mark.parametrize(
-    "shape", ["dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid"]
+    "shape", ["dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid", "balloon"]
 )
 def test_both_sides_show_the_same_pattern_at_the_same_material(shape):
     options = {"offset": 5.0, "tilt": 5.0} if shape == "indentation" else {}

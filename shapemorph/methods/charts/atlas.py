@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 Lay = Callable[[Floats, Ints], tuple[Flattening, str]]
 
 ENOUGH_GOOD = 0.97  # of the area, shown well by the page that is its home
-MOST_SHRUNK = 2.5  # times smaller than the median of the page
+MOST_SCALED = 2.5  # times smaller or larger than the median of the page
 MOST_ANISOTROPY = 1.3
 WORTH_IT = 0.005  # of the area; more pages must show so much more of it well
 PATIENCE = 3  # numbers of pages to try beyond the best
@@ -61,8 +61,8 @@ class _Try:
 def chart_surface(mesh: TexturedMesh, lay: Lay, *, trial: Lay, least: int, most: int) -> Atlas:
     """Lay every large component of a mesh flat, in as few pages as show it well.
 
-    Well means: at no less than 1 / 2.5 of the page's median scale and stretched by less
-    than 1.3 : 1, for 97 % of the area.
+    Well means: within a factor of 2.5 of the page's median scale and stretched by less than
+    1.3 : 1, for 97 % of the area.
 
     Parameters
     ----------
@@ -137,7 +137,8 @@ def good_area(mesh: TexturedMesh, page: Page) -> float:
     scale = local_scale(values)
     median = weighted_quantile(scale, values.area, 0.5)
     with np.errstate(invalid="ignore"):
-        good = (scale * MOST_SHRUNK >= median) & (values.sigma_1 < MOST_ANISOTROPY * values.sigma_2)
+        factor = np.maximum(scale / median, median / scale)
+        good = (factor <= MOST_SCALED) & (values.sigma_1 < MOST_ANISOTROPY * values.sigma_2)
     return float(values.area[good & page.home].sum())
 
 

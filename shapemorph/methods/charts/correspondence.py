@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -81,15 +82,23 @@ def corresponding_patches(
         first page of the deformed mesh, where it will match nothing.
     """
     ours, theirs = _leaves(reference[1], "reference"), _leaves(deformed[1], "deformed")
+    found = list(_match_pages(ours, theirs, ratio))
+    graph = edge_graph(deformed[0].vertices, deformed[0].faces)
+    distances = np.stack([_distance_from(graph, deformed[0], places) for places in found])
+    nearest = distances.min(axis=0)
     spare = np.unique(take_page(deformed[1], 0).chart.face_ids)
     patches = []
-    for number, places in enumerate(_match_pages(ours, theirs, ratio)):
+    for number, (leaf, places) in enumerate(zip(ours, found, strict=True)):
         faces = spare
         if len(places) < LEAST_GROUP:
             _log.warning("chart %d of the reference matches nothing", number)
         else:
-            page = np.unique(ours[number].image.chart.face_ids)
-            faces = _counterpart(reference[0], page, deformed[0], places)
+            page = np.unique(leaf.image.chart.face_ids)
+            reach, most = _reach(reference[0], page, deformed[0], places)
+            far = distances[number]
+            inside = (far <= reach) | ((far <= nearest) & (far <= most))
+            whole = np.asarray(inside[deformed[0].faces].all(axis=1))
+            faces = np.flatnonzero(_filled(deformed[0], whole))
         patches.append(Patch(faces, np.ones(len(faces), dtype=bool)))
     return patches
 
@@ -160,22 +169,25 @@ def _joined(groups: Sequence[_Places]) -> _Places:
     return _Places(all_of([g.reference for g in groups]), all_of([g.deformed for g in groups]))
 
 
-def _counterpart(
+def _distance_from(graph: Any, mesh: TexturedMesh, places: _Places) -> Floats:
+    """Distance (V,) along a mesh from the pairs of a page; infinite without any."""
+    if len(places) == 0:
+        return np.full(len(mesh.vertices), np.inf)
+    return nearest_source(graph, _nearest_vertices(mesh, places.deformed))[0]
+
+
+def _reach(
     reference: TexturedMesh, page: Ints, deformed: TexturedMesh, places: _Places
-) -> Ints:
-    """Faces of the deformed mesh around the pairs of a page."""
-    gap = _gap(reference, page, places.reference)
-    reach = (
-        MARGIN
-        * gap
-        * _stretch(positions(reference, places.reference), positions(deformed, places.deformed))
-    )
-    graph = edge_graph(deformed.vertices, deformed.faces)
-    distance, _ = nearest_source(graph, _nearest_vertices(deformed, places.deformed))
-    size = float(face_areas(reference.vertices, reference.faces[page]).sum()) ** 0.5
-    reach = float(np.clip(reach, LEAST_REACH * size, MOST_REACH * size))
-    inside = np.asarray((distance[deformed.faces] <= reach).all(axis=1))
-    return np.flatnonzero(_filled(deformed, inside))
+) -> tuple[float, float]:
+    """Distance from its pairs within which the deformed surface belongs to a page, mm.
+
+    The second goes for what is nearer to these pairs than to those of any other page.
+    """
+    before = positions(reference, places.reference)
+    stretch = _stretch(before, positions(deformed, places.deformed))
+    reach = MARGIN * stretch * _gap(reference, page, places.reference)
+    size = stretch * float(face_areas(reference.vertices, reference.faces[page]).sum()) ** 0.5
+    return float(np.clip(reach, LEAST_REACH * size, MOST_REACH * size)), MOST_REACH * size
 
 
 def _gap(mesh: TexturedMesh, page: Ints, places: SurfacePoints) -> float:

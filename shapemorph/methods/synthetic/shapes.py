@@ -1,6 +1,7 @@
 """The material maps by name."""
 
 from shapemorph.core.errors import ConfigError
+from shapemorph.methods.synthetic.balloon import balloon
 from shapemorph.methods.synthetic.curved import freeform, rigid, tube
 from shapemorph.methods.synthetic.material import MaterialMap
 from shapemorph.methods.synthetic.revolution import bulge, dome, hole, indentation
@@ -12,6 +13,7 @@ PLAIN_SHAPES = {
     "hole": hole,
     "tube": tube,
     "rigid": rigid,
+    "balloon": balloon,
 }
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.mesh import TexturedMesh, coloured_mesh, textured_mesh
 from shapemorph.core.transform import RigidTransform
 from shapemorph.methods.synthetic.atlas import lay_out_atlas
@@ -57,12 +57,22 @@ def record_side(
     """
     mesh = triangulate(scene.material_map, state, faces=scanner.faces, rng=rng)
     noise = scanner.vertex_noise * rng.standard_normal(mesh.vertices.shape)
+    noise = noise[_first_at_place(mesh.vertices)]
     vertices = pose.apply(mesh.vertices) + noise
     if scanner.texture is None:
         clean = paint_vertices(mesh, scene)
         grey = record_grey(clean, noise=scanner.grey_noise, rng=rng).astype(np.float64)
         return coloured_mesh(vertices, mesh.faces, grey[mesh.faces], name=name)
     return _textured(mesh, vertices, scene, scanner, name=name, rng=rng)
+
+
+def _first_at_place(vertices: Floats) -> Ints:
+    """(V,) first vertex at the place of each: they are one point where a rim shrinks to it."""
+    size = float(np.ptp(vertices, axis=0).max())
+    places = np.round(vertices / (1e-9 * size)).astype(np.int64)
+    _, first, back = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    same: Ints = first[back.ravel()]
+    return same
 
 
 def _textured(

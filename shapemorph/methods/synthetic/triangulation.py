@@ -14,6 +14,9 @@ from shapemorph.methods.synthetic.material import (
 )
 
 
+POINT_CORNERS = 64  # of a rim that is a point
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MaterialMesh:
     """Triangles on one state that know which material they cover.
@@ -62,6 +65,7 @@ def triangulate(
     locked = np.zeros(len(material), dtype=bool)
     locked[rim_count : len(fixed)] = True
     triangles = _delaunay(material_map, state, material, locked, (rim_count, 0.02 * spacing))
+    triangles = _spanning(state(material)[0], triangles, spacing)
     used, compact = np.unique(triangles, return_inverse=True)
     material, triangles = material[used], compact.reshape(-1, 3)
     nodes = _nodes(material_map, state, material, triangles)
@@ -96,9 +100,14 @@ def _scatter(cells: Floats, density: Floats, cell: Floats, rng: np.random.Genera
 
 
 def _even_points(loop: Floats, state: Embedding, spacing: float) -> Floats:
-    """Points (N, 2) of a closed polygon, evenly spaced on the state."""
+    """Points (N, 2) of a closed polygon, evenly spaced on the state.
+
+    Where it shrinks to a point on the state, evenly among the given ones.
+    """
     position = state(loop)[0]
     step = np.linalg.norm(np.roll(position, -1, axis=0) - position, axis=1)
+    if step.sum() < 1e-6 * spacing:
+        return loop[:: max(len(loop) // POINT_CORNERS, 1)]
     reached = np.cumsum(step) - step
     count = max(int(np.ceil(step.sum() / spacing)), 8)
     wanted = np.arange(count) * (step.sum() / count)
@@ -141,6 +150,14 @@ def _delaunay(
     # Around a tube the second coordinate runs outwards in the plane: a mirror image.
     turned: Ints = faces if material_map.period is None else faces[:, ::-1].copy()
     return turned
+
+
+def _spanning(positions: Floats, triangles: Ints, spacing: float) -> Ints:
+    """Triangles that have an area: where a rim shrinks to a point, some have none."""
+    one, other = (positions[triangles[:, k]] - positions[triangles[:, 0]] for k in (1, 2))
+    area = np.linalg.norm(np.cross(one, other), axis=1)
+    spanning: Ints = triangles[area > 1e-9 * spacing**2]
+    return spanning
 
 
 def _in_order(triangles: Ints) -> Ints:

@@ -12,7 +12,7 @@ from shapemorph.methods.synthetic.material import (
 )
 from shapemorph.methods.synthetic.shapes import material_map
 
-SHAPES = ("dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid")
+SHAPES = ("dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid", "balloon")
 
 
 def _map(shape, size=70.0):

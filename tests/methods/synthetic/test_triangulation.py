@@ -110,3 +110,13 @@ def test_the_same_seed_gives_the_same_mesh_and_another_seed_another():
     assert one.vertices.shape != other.vertices.shape or not np.allclose(
         one.vertices, other.vertices
     )
+
+
+def test_a_balloon_is_closed_once_the_vertices_of_its_lower_pole_are_one():
+    _, mesh = _mesh("balloon")
+    _, same = np.unique(np.round(mesh.vertices, 6), axis=0, return_inverse=True)
+    faces = same.ravel()[mesh.faces]
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, count = np.unique(edges, axis=0, return_counts=True)
+    assert (count == 2).all()
+    assert len(np.unique(faces)) - len(count) + len(faces) == 2
