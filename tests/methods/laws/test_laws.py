@@ -29,6 +29,10 @@ def _pairs(count=700, seed=3):
     return POSE.carry(deformed, _profile), deformed
 
 
+def test_a_turn_goes_from_x_towards_y():
+    assert_allclose(rotate(np.array([[2.0, 0.0]]), 0.3), [[2 * np.cos(0.3), 2 * np.sin(0.3)]])
+
+
 def test_the_carried_direction_is_the_old_one_turned():
     reference, deformed = _pairs()
     away = rotate(deformed - POSE.deformed_centre, 0.7)

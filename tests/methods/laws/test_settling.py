@@ -74,6 +74,12 @@ def test_a_law_ten_percent_wrong_leads_to_the_same_field(pictures, factor):
     assert found.added == 0
 
 
+def test_a_law_that_is_off_everywhere_is_found_by_the_wide_search(pictures):
+    found = settle_warp(*pictures, _law(_truth(_grid()) + np.array([22.0, -14.0])), NOTHING)
+    assert np.median(_errors(found.warp)) < 0.15
+    assert found.added == 0
+
+
 def test_matches_take_over_where_a_law_leads_nowhere(pictures):
     law = _law(_grid()[:, ::-1] * 3.0 + 40)
     rng = np.random.default_rng(1)
