@@ -300,7 +300,7 @@ class SynthesizeConfig(Section):
     """Section `synthesize`: a textured pair with exact truth."""
 
     shape: Literal[
-        "dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid", "balloon"
+        "dome", "bulge", "indentation", "freeform", "hole", "tube", "rigid", "balloon", "sheet"
     ] = Field("bulge", description="kind of deformation")
     size: float = Field(70.0, gt=0, description="diameter or length of the object, mm")
     speckle: float = Field(0.8, gt=0, description="diameter of a speckle on the material, mm")
@@ -314,4 +314,9 @@ class SynthesizeConfig(Section):
     format: Literal["obj", "glb", "ply"] = Field("obj", description="file format of both sides")
     offset: float = Field(0.0, description="indentation: distance of the punch from the centre, mm")
     tilt: float = Field(0.0, ge=-20, le=20, description="indentation: tilt of the punch, degrees")
+    stretch: float = Field(2.0, gt=0, description="sheet: stretch along its direction")
+    direction: float = Field(
+        0.0, description="sheet: of the stretch, from the long side of the sheet, degrees"
+    )
+    turn: float = Field(0.0, description="sheet: turned in its plane afterwards, degrees")
     damage: DamageConfig = DamageConfig()

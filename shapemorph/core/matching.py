@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from shapemorph.core.arrays import Floats
-from shapemorph.core.errors import DataError
+from shapemorph.core.errors import DataError, StageError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +52,8 @@ class Matches:
         Median distance of the pairs from the warp, each predicted without itself, px.
     fold_share : float
         Share of the covered area where the warp turns the picture over; 0 when sound.
+    doubt : str
+        Why the matches may be wrong although they agree with each other; empty when sound.
     """
 
     reference_px: Floats
@@ -62,7 +64,23 @@ class Matches:
     settled_px: float
     residual_px: float
     fold_share: float
+    doubt: str = ""
 
     def __post_init__(self) -> None:
         if self.reference_px.shape != self.deformed_px.shape:
             raise DataError("matches come in pairs")
+
+
+class UnmatchedError(StageError):
+    """Two pictures could not be matched.
+
+    Attributes
+    ----------
+    reference_px, deformed_px : (N, 2) float64
+        Features that look alike, right or wrong, px: what there is to be shown.
+    """
+
+    def __init__(self, message: str, reference_px: Floats, deformed_px: Floats) -> None:
+        super().__init__(message)
+        self.reference_px = reference_px
+        self.deformed_px = deformed_px

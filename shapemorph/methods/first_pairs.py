@@ -78,11 +78,14 @@ class FirstPairs:
         Positions in the two pictures, px.
     counts : dict of str to int
         Features left after each step, in order.
+    alike : (M, 2, 2) float64
+        Source and target of all features that look alike, before any vote, px.
     """
 
     source: Floats
     target: Floats
     counts: dict[str, int]
+    alike: Floats
 
     def __len__(self) -> int:
         return len(self.source)
@@ -217,6 +220,7 @@ def pair_features(ours: Features, theirs: Features, *, std: float, ratio: float)
     """
     i, j = match_descriptors(ours, theirs, ratio=ratio, apart=SAME_PLACE * std)
     source, target = ours.points[i], theirs.points[j]
+    alike = np.stack([source, target], axis=1)
     counts = {"features_reference": len(ours), "features_deformed": len(theirs), "matched": len(i)}
     frames = theirs.frames[j] @ np.linalg.inv(ours.frames[i])
     support = frame_support(
@@ -226,7 +230,7 @@ def pair_features(ours: Features, theirs: Features, *, std: float, ratio: float)
     counts["voted"] = len(source)
     good = consistent_pairs(source, target, neighbours=NEIGHBOURS[1], tolerance=std, cap=3 * std)
     counts["consistent"] = int(good.sum())
-    return FirstPairs(source[good], target[good], counts)
+    return FirstPairs(source[good], target[good], counts, alike)
 
 
 def _measure_once(image: GreyImage, light: int, window: float, name: str) -> Side:

@@ -9,7 +9,7 @@ from shapemorph.config import MatchConfig
 from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import GreyImage
-from shapemorph.core.matching import Matches, Warp
+from shapemorph.core.matching import Matches, UnmatchedError, Warp
 from shapemorph.methods.consistency import consistent_pairs
 from shapemorph.methods.densify import (
     GridSearch,
@@ -19,6 +19,7 @@ from shapemorph.methods.densify import (
     search_grid,
 )
 from shapemorph.methods.first_pairs import CELL, NEIGHBOURS, Side
+from shapemorph.methods.repetition import doubt_of_repeat, find_repeat
 from shapemorph.methods.second_tries import Start, find_start, what_is_wrong
 from shapemorph.methods.warp_fit import WarpFit, fit_warp_checked, fold_share
 from shapemorph.methods.warping import warp_points
@@ -78,10 +79,21 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
     try:
         return _extend(start, config)
     except StageError as error:
-        cause = what_is_wrong(start, ratio=config.ratio, needed=config.min_matches)
-        if not cause:
-            raise
-        raise StageError(_too_few(cause, start.pairs.counts)) from error
+        message = _why_not(start, config) or str(error)
+        raise UnmatchedError(message, *start.pairs.alike.swapaxes(0, 1)) from error
+
+
+def _why_not(start: Start, config: MatchConfig) -> str:
+    """Say what is wrong with two pictures that do not match; empty if nothing special."""
+    cause = what_is_wrong(start, ratio=config.ratio, needed=config.min_matches)
+    if cause:
+        return _too_few(cause, start.pairs.counts)
+    repeat = find_repeat(start.left.pattern, std=start.left.std)
+    if repeat is None:
+        return ""
+    length = float(np.linalg.norm(repeat))
+    cause = f"the pattern repeats every {length:.0f} px, places cannot be told apart"
+    return _too_few(cause, start.pairs.counts)
 
 
 def _extend(start: Start, config: MatchConfig) -> Matches:
@@ -228,5 +240,13 @@ def _finish(left: Side, right: Side, pairs: _Pairs, settled: float) -> Matches:
         counts=pairs.counts,
         settled_px=settled,
         residual_px=float(np.median(pairs.fit.left_out)),
+        doubt=doubt_of_repeat(
+            left.pattern,
+            right.pattern,
+            forward,
+            pairs.source,
+            _grid_search(left, forward, first=True),
+            left.std,
+        ),
         fold_share=fold_share(forward, left.pattern.mask, pairs.source, reach=forward.spacing),
     )

@@ -10,6 +10,7 @@ from shapemorph.methods.synthetic.damage import place_damage
 from shapemorph.methods.synthetic.material import MaterialMap
 from shapemorph.methods.synthetic.painting import Scene, random_light
 from shapemorph.methods.synthetic.shapes import material_map
+from shapemorph.methods.synthetic.sheet import sheet_name
 from shapemorph.methods.synthetic.sides import Scanner, random_pose, record_side
 from shapemorph.methods.synthetic.speckle import Speckle, scatter_speckle
 from shapemorph.methods.synthetic.truth import make_truth
@@ -32,14 +33,15 @@ def synthesize(config: SynthesizeConfig) -> SyntheticPair:
         If the punch of an indentation lies too near its clamp.
     """
     tilt = float(np.deg2rad(config.tilt))
-    mapped = material_map(config.shape, size=config.size, offset=config.offset, tilt=tilt)
+    shape = _shape(config)
+    mapped = material_map(shape, size=config.size, offset=config.offset, tilt=tilt)
     speckle = scatter_speckle(mapped, diameter=config.speckle, rng=_stream(config, 0))
     kinds = damage_kinds(config.damage)
     damage = place_damage(mapped, kinds, size=config.size, rng=_stream(config, 1))
     reference_pose = random_pose(config.size, _stream(config, 2))
     deformed_pose = random_pose(config.size, _stream(config, 3))
     truth = make_truth(
-        config.shape,
+        shape,
         size=config.size,
         offset=config.offset,
         tilt=tilt,
@@ -59,6 +61,13 @@ def damage_kinds(config: DamageConfig) -> tuple[str, ...]:
         "lost_patch": config.lost_patch,
     }
     return tuple(kind for kind, wanted in asked.items() if wanted)
+
+
+def _shape(config: SynthesizeConfig) -> str:
+    """Name of the material map, with what makes one sheet differ from another."""
+    if config.shape != "sheet":
+        return config.shape
+    return sheet_name(stretch=config.stretch, direction=config.direction, turn=config.turn)
 
 
 def _side(

@@ -1,0 +1,105 @@
+"""Patterns that repeat, so that a match may be off by a whole repeat."""
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats
+from shapemorph.core.matching import Warp
+from shapemorph.methods.contrast import Pattern
+from shapemorph.methods.densify import GridSearch, search_grid
+
+ALIKE = 0.4  # correlation of a pattern with itself, one repeat away, that counts
+NEAREST = 5.0  # standard deviations of the speckle: no repeat is shorter
+FARTHEST = 0.3  # of the shorter side of the picture: no repeat is longer
+MARGIN = 0.15  # ZNCC that the right place must be better by than the next repeat
+
+
+def find_repeat(pattern: Pattern, *, std: float) -> Floats | None:
+    """Find the shift at which a pattern looks most like itself.
+
+    Parameters
+    ----------
+    pattern : Pattern
+    std : float
+        Standard deviation of its speckle, px.
+
+    Returns
+    -------
+    (2,) or None
+        x, y in px; None if the pattern does not repeat.
+    """
+    from scipy.fft import irfft2, rfft2
+
+    shape, lag = pattern.shape, int(FARTHEST * min(pattern.shape))
+    inside = pattern.mask.astype(np.float32)
+    own, share = (
+        np.roll(irfft2(np.abs(rfft2(part)) ** 2, shape), (lag, lag), axis=(0, 1))
+        for part in (pattern.values, inside)
+    )
+    window = np.s_[: 2 * lag + 1, : 2 * lag + 1]
+    likeness = own[window] / np.maximum(share[window], 0.1 * inside.sum())
+    likeness = likeness / max(float(likeness[lag, lag]), 1e-9)
+    y, x = np.mgrid[-lag : lag + 1, -lag : lag + 1]
+    far = (np.hypot(x, y) > NEAREST * std) & (np.hypot(x, y) < lag - 1)
+    if not far.any():
+        return None
+    row, col = np.unravel_index(np.argmax(np.where(far, likeness, -1.0)), likeness.shape)
+    peak = likeness[row, col]
+    around = likeness[row - 1 : row + 2, col - 1 : col + 2]
+    if peak < ALIKE or peak < around.max():
+        return None
+    return np.array([col - lag, row - lag], np.float64)
+
+
+def doubt_of_repeat(
+    reference: Pattern, deformed: Pattern, warp: Warp, known: Floats, how: GridSearch, std: float
+) -> str:
+    """Say why a warp may be off by a whole repeat of the pattern.
+
+    Both ways along the repeat, the deformed picture is searched as if the warp led to the
+    next repeat; where that looks nearly as good, the pictures cannot tell which is right.
+
+    Parameters
+    ----------
+    reference, deformed : Pattern
+    warp : Warp
+        Reference -> deformed.
+    known : (K, 2)
+        Points of the reference picture at which the warp is right but for repeats, px.
+    how : GridSearch
+    std : float
+        Standard deviation of the speckle of the reference, px.
+
+    Returns
+    -------
+    str
+        Empty if there is nothing to doubt.
+    """
+    repeat = find_repeat(reference, std=std)
+    if repeat is None:
+        return ""
+    here = _median_zncc(reference, deformed, warp, known, how)
+    away = max(
+        _median_zncc(
+            reference,
+            deformed,
+            Warp(warp.coefficients, warp.origin + sign * repeat, warp.spacing),
+            known,
+            how,
+        )
+        for sign in (-1.0, 1.0)
+    )
+    if here - away > MARGIN:
+        return ""
+    return (
+        f"the pattern repeats every {np.linalg.norm(repeat):.0f} px, and one repeat away the "
+        f"pictures look nearly as alike (ZNCC {away:.2f}, here {here:.2f}): all may be off by a "
+        "whole repeat"
+    )
+
+
+def _median_zncc(
+    reference: Pattern, deformed: Pattern, warp: Warp, known: Floats, how: GridSearch
+) -> float:
+    found = search_grid(reference, deformed, warp, known, how)
+    missing = np.zeros(max(found.asked - len(found.zncc), 0))
+    return float(np.median(np.concatenate([found.zncc, missing]))) if found.asked else 0.0
