@@ -21,7 +21,7 @@ def pictures(starts, shape):
     )
 
 
-def maps(left, right):
+def maps(left, _):
     """Each page has a map of its own, told by its width."""
     height, width = left.shape
     y, x = np.mgrid[5:height:10, 5:width:10].astype(float)
@@ -67,7 +67,7 @@ def test_each_page_keeps_its_own_warp():
             inner = points[(points[:, 0] > 36) & (points[:, 0] < width - 36)]
             expected = warp_points(alone, inner)[0] + [there, 0]
             np.testing.assert_allclose(
-                warp_points(bound, inner + [left, 0])[0], expected, atol=0.01
+                warp_points(bound, inner + np.array([left, 0]))[0], expected, atol=0.01
             )
 
 
@@ -85,7 +85,7 @@ def test_a_page_that_matches_nothing_loses_only_its_own_points():
 
 
 def test_no_page_matching_is_the_error_of_the_first():
-    def fails(left, right):
+    def fails(left, _):
         raise StageError(f"nothing on {left.shape[1]}")
 
     with pytest.raises(StageError, match="nothing on 180"):
