@@ -101,7 +101,7 @@ def _row(
     )
     print(
         f"{start} {found['coverage']:.2%} | {found['wrong_share']:.3%} "
-        f"| {1000 * found['error_median_mm']:.1f} / {1000 * found['error_p95_mm']:.1f} "
+        f"| {1000 * found['error_mm']['median']:.1f} / {1000 * found['error_mm']['p95']:.1f} "
         f"| {seconds:.1f} | {spent:.1f} | {'ok' if good else 'missed'} |",
         flush=True,
     )

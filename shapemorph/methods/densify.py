@@ -157,7 +157,8 @@ def _reduce(pattern: Pattern, factor: int) -> tuple[Greys, Greys]:
 def _stride_px(warp: Warp, known: Floats) -> float:
     """Median length in the deformed picture of one px of the reference."""
     _targets, gradient = warp_points(warp, known)
-    return float(np.sqrt(np.median(np.abs(np.linalg.det(gradient)))))
+    covered = gradient[np.isfinite(gradient).all(axis=(1, 2))]
+    return float(np.sqrt(np.median(np.abs(np.linalg.det(covered))))) if len(covered) else 1.0
 
 
 def _equally_soft(still: Greys, moved: Greys, seen: Bools) -> tuple[Greys, Greys]:

@@ -6,12 +6,14 @@ from scipy.spatial import cKDTree
 from shapemorph.config import MatchConfig
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import GreyImage
+from shapemorph.core.matching import UnmatchedError
 from shapemorph.methods.synthetic.planar import (
     Exposure,
     inverse_at,
     planar_speckle,
     take_picture,
 )
+from shapemorph.methods.synthetic.planar_textures import cloudy, printed_dots
 from shapemorph.methods.warping import warp_points
 from shapemorph.stages.match import match
 
@@ -43,8 +45,16 @@ def bulged(points):
     return CENTRE + offset / (1 + np.exp(-2 * square))
 
 
-def pictures(material_at, *, shape=(400, 390), diameter=5.0, inside=disc_with_hole, seed=0):
-    speckle = planar_speckle(diameter=diameter, seed=seed)
+def pictures(
+    material_at,
+    *,
+    shape=(400, 390),
+    diameter=5.0,
+    inside=disc_with_hole,
+    seed=0,
+    pattern=None,
+):
+    speckle = pattern or planar_speckle(diameter=diameter, seed=seed)
     before = take_picture(speckle, (300, 340), BEFORE, material_at=lambda p: p, inside=inside)
     after = take_picture(speckle, shape, AFTER, material_at=material_at, inside=inside)
     return before, after
@@ -171,13 +181,48 @@ def mirrored(points):
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_mirrored_and_unrelated_pictures_are_refused_with_counts(seed):
+def test_mirrored_pictures_are_refused_and_said_to_be_mirrored(seed):
     before, after = pictures(mirrored, seed=seed)
-    with pytest.raises(StageError, match=r"matched \d+, voted \d+.*mirrored"):
+    with pytest.raises(UnmatchedError, match=r"one picture is mirrored \(.*matched \d+, voted \d+"):
         match(before, after, MatchConfig())
-    _other, unrelated = pictures(bulged, seed=seed + 100)
-    with pytest.raises(StageError, match="0 pairs agree, 20 are needed"):
+
+
+def test_negative_is_refused_and_said_to_be_one():
+    before, after = pictures(bulged)
+    inverted = GreyImage(np.where(after.mask, 1 - after.grey, 0), after.mask)
+    with pytest.raises(UnmatchedError, match="contrast is inverted") as refusal:
+        match(before, inverted, MatchConfig())
+    assert refusal.value.reference_px.shape == refusal.value.deformed_px.shape
+    assert refusal.value.reference_px.shape[1] == 2
+
+
+def test_unrelated_pictures_are_refused_with_counts():
+    before, _after = pictures(bulged)
+    _other, unrelated = pictures(bulged, seed=100)
+    with pytest.raises(UnmatchedError, match="0 pairs agree, 20 are needed"):
         match(before, unrelated, MatchConfig())
+
+
+def test_equal_dots_are_refused_as_repeating():
+    dots = printed_dots(pitch=16, other=None, share=0.0)
+    before, after = pictures(bulged, pattern=dots)
+    with pytest.raises(UnmatchedError, match=r"the pattern repeats every \d+ px"):
+        match(before, after, MatchConfig())
+
+
+def test_dots_on_a_faint_pattern_are_matched_rightly_and_with_doubt():
+    dots = printed_dots(pitch=16, other=cloudy(width=4, seed=1), share=0.3)
+    material_at = turned(20.0)
+    before, after = pictures(material_at, pattern=dots)
+    matches = match(before, after, MatchConfig())
+    assert "repeats every" in matches.doubt
+    errors = judge(matches, material_at, before, after)
+    assert (errors["pairs"] < 2).all()
+
+
+def test_random_speckle_leaves_no_doubt():
+    before, after = pictures(bulged)
+    assert match(before, after, MatchConfig()).doubt == ""
 
 
 @pytest.mark.parametrize("kind", ["grey", "masked", "tiny", "noise"])
