@@ -98,9 +98,9 @@ def what_is_wrong(start: Start, *, ratio: float, needed: int) -> str:
     """
     ours, theirs = start.features
     suspects = {
-        "one picture is the negative of the other (its contrast is inverted)": negative(ours),
-        "one picture is mirrored": mirrored(ours),
-        "one picture is mirrored and the negative of the other": negative(mirrored(ours)),
+        "the contrast of one is inverted: give one of them as its negative": negative(ours),
+        "one is mirrored: flip one of them": mirrored(ours),
+        "one is mirrored and its contrast inverted: change both": negative(mirrored(ours)),
     }
     for sentence, changed in suspects.items():
         pairs = pair_features(changed, theirs, std=start.right.std, ratio=ratio)

@@ -87,13 +87,13 @@ def _why_not(start: Start, config: MatchConfig) -> str:
     """Say what is wrong with two pictures that do not match; empty if nothing special."""
     cause = what_is_wrong(start, ratio=config.ratio, needed=config.min_matches)
     if cause:
-        return _too_few(cause, start.pairs.counts)
+        return _refusal(cause, start.pairs.counts)
     repeat = find_repeat(start.left.pattern, std=start.left.std)
     if repeat is None:
         return ""
     length = float(np.linalg.norm(repeat))
-    cause = f"the pattern repeats every {length:.0f} px, places cannot be told apart"
-    return _too_few(cause, start.pairs.counts)
+    cause = f"the pattern repeats every {length:.0f} px: add speckle that does not"
+    return _refusal(cause, start.pairs.counts)
 
 
 def _extend(start: Start, config: MatchConfig) -> Matches:
@@ -217,11 +217,15 @@ def _require_found(counts: dict[str, int]) -> None:
 
 
 def _too_few(what: str, counts: dict[str, int]) -> str:
-    steps = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
-    return (
-        f"the two pictures could not be matched: {what} ({steps}); check that both show the same "
-        "object, neither mirrored nor without pattern, or raise match.ratio or flatten.px_per_mm"
+    return _refusal(what, counts) + (
+        "; check that both show the same object with a pattern, or raise match.ratio or "
+        "flatten.px_per_mm"
     )
+
+
+def _refusal(what: str, counts: dict[str, int]) -> str:
+    steps = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
+    return f"the two pictures could not be matched: {what} ({steps})"
 
 
 def _finish(left: Side, right: Side, pairs: _Pairs, settled: float) -> Matches:

@@ -183,14 +183,16 @@ def mirrored(points):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_mirrored_pictures_are_refused_and_said_to_be_mirrored(seed):
     before, after = pictures(mirrored, seed=seed)
-    with pytest.raises(UnmatchedError, match=r"one picture is mirrored \(.*matched \d+, voted \d+"):
+    with pytest.raises(
+        UnmatchedError, match=r"one is mirrored: flip one of them \(.*matched \d+, voted \d+"
+    ):
         match(before, after, MatchConfig())
 
 
 def test_negative_is_refused_and_said_to_be_one():
     before, after = pictures(bulged)
     inverted = GreyImage(np.where(after.mask, 1 - after.grey, 0), after.mask)
-    with pytest.raises(UnmatchedError, match="contrast is inverted") as refusal:
+    with pytest.raises(UnmatchedError, match="contrast of one is inverted") as refusal:
         match(before, inverted, MatchConfig())
     assert refusal.value.reference_px.shape == refusal.value.deformed_px.shape
     assert refusal.value.reference_px.shape[1] == 2
