@@ -81,6 +81,7 @@ class Finished:
             tracked=load("lift"),
             alignment=load("align"),
             field=load("strain"),
+            spread=load("spread"),
             measurement=self.measurement,
             summary={},
             reference_mesh=load("reference"),
@@ -139,9 +140,15 @@ def _write_measurement(run: Finished, folder: Path) -> None:
 def _write_figures(run: Finished, folder: Path) -> None:
     if not run.config.report.figures:
         return
-    from shapemorph.view.figures import write_flat_figures, write_pictures
+    from shapemorph.view.figures import encoded, write_flat_figures, write_pictures
 
     write_flat_figures(run.nouns(), folder / "figures")
+    spread = run.results.load("spread")
+    if len(spread.laws) > 1:
+        from shapemorph.view.laws import laws_figure
+
+        picture = iter([("morph_laws", laws_figure(run.nouns(), spread))])
+        write_pictures(encoded(picture), folder / "figures")
     write_pictures(run.drawn(), folder / "figures")
 
 
@@ -162,7 +169,7 @@ def _everything(config: RunConfig) -> Any:
     return config.model_dump(mode="json")
 
 
-_ALL = ("inputs", "flatten", "match", "morph", "correlate", "lift", "align", "strain")
+_ALL = ("inputs", "flatten", "match", "morph", "correlate", "lift", "spread", "align", "strain")
 
 OUTPUTS: tuple[Output, ...] = (
     Output("run.yaml", (), _everything, _write_config),

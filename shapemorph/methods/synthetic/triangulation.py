@@ -13,7 +13,6 @@ from shapemorph.methods.synthetic.material import (
     nearest_on_state,
 )
 
-
 POINT_CORNERS = 64  # of a rim that is a point
 
 
