@@ -326,6 +326,30 @@ def report(run_folder: Path, /, *, say: Say = SAY) -> int:
 
 
 @app.command
+def export(
+    run_folder: Path,
+    /,
+    *,
+    format_: Annotated[str, Parameter(name="--format")] = "npz",
+    say: Say = SAY,
+) -> int:
+    """Write the measurement of a finished run as NPZ or MAT, with the arrays of the VTP.
+
+    Parameters
+    ----------
+    run_folder
+        Directory of the run; measurement.npz or measurement.mat is written into it.
+    format_
+        npz (NumPy) or mat (MATLAB, Octave).
+    """
+    from shapemorph.pipeline.export import export as export_run
+
+    path = export_run(run_folder, format_)
+    show_json({"file": str(path)}) if say.json else show(str(path))
+    return 0
+
+
+@app.command
 def doctor(*, say: Say = SAY) -> int:
     """Look whether this machine has everything, and say how to mend what is missing."""
     from dataclasses import asdict

@@ -11,26 +11,12 @@ from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import DataError
 from shapemorph.core.measurement import Measurement
 from shapemorph.io.coloured_glb import write_coloured_glb
+from shapemorph.io.quantities import INTEGER_COLUMNS, QUANTITIES, REFERENCE, Quantity
 from shapemorph.io.safe_files import whole_file
+from shapemorph.io.vtk_ranges import drop_nan_ranges
 
 _MILLIMETRES_PER_METRE = 1000.0
 _UNITS = "mm"
-_INTEGERS = ("chart", "status", "iterations")
-_SCALARS = {
-    "E1": "E1",
-    "E2": "E2",
-    "hencky_1": "hencky_1",
-    "hencky_2": "hencky_2",
-    "stretch_1": "stretch_1",
-    "stretch_2": "stretch_2",
-    "thickness_strain": "thickness_strain",
-    "anisotropy": "anisotropy",
-    "zncc": "zncc",
-    "iterations": "iterations",
-    "sigma_displacement_mm": "sigma_displacement",
-    "sigma_E1": "sigma_E1",
-    "sigma_E2": "sigma_E2",
-}
 
 
 def write_measurement(folder: Path, measurement: Measurement, config: str) -> list[Path]:
@@ -71,6 +57,7 @@ def write_vtp(path: Path, measurement: Measurement, fields: dict[str, str]) -> N
         surface.add_field_data([text], name)
     with whole_file(path) as partial:
         surface.save(partial, binary=True)
+        drop_nan_ranges(partial)
 
 
 def read_vtp(path: Path) -> tuple[Measurement, dict[str, str]]:
@@ -97,25 +84,18 @@ def read_vtp(path: Path) -> tuple[Measurement, dict[str, str]]:
 
 def table_columns(measurement: Measurement) -> dict[str, Floats]:
     """Columns of measurement.csv, in order, with the unit in every name that has one."""
-    arrays = measurement.arrays
-    columns = {
-        **_components("{}_ref_mm", "xyz", measurement.reference),
-        **_components("{}_def_mm", "xyz", arrays["deformed_position"]),
-        **_components("{}_mm", "uvw", arrays["displacement"]),
-        **_components("{}_ref_px", "xy", arrays["reference_px"]),
-        **_components("{}_def_px", "xy", arrays["deformed_px"]),
-        "chart": arrays["chart"],
-        "status": arrays["status"],
-    }
-    return columns | {column: arrays[name] for column, name in _SCALARS.items()}
+    columns = _columns(REFERENCE, measurement.reference)
+    for quantity in QUANTITIES:
+        columns |= _columns(quantity, measurement.arrays[quantity.name])
+    return columns
 
 
 def write_csv(path: Path, measurement: Measurement) -> None:
     """Write one row a point; missing values are `nan`, numbers hold 10 significant digits."""
     columns = table_columns(measurement)
-    formats = ["%d" if name in _INTEGERS else "%.10g" for name in columns]
+    formats = ["%d" if name in INTEGER_COLUMNS else "%.10g" for name in columns]
     table = np.stack(
-        [np.nan_to_num(v) if n in _INTEGERS else v for n, v in columns.items()], axis=1
+        [np.nan_to_num(v) if n in INTEGER_COLUMNS else v for n, v in columns.items()], axis=1
     )
     with whole_file(path) as partial:
         np.savetxt(
@@ -173,5 +153,7 @@ def write_glb(path: Path, measurement: Measurement) -> None:
         )
 
 
-def _components(pattern: str, letters: str, vectors: Floats) -> dict[str, Floats]:
-    return {pattern.format(letter): vectors[:, k] for k, letter in enumerate(letters)}
+def _columns(quantity: Quantity, values: Floats) -> dict[str, Floats]:
+    """Columns of one array by their names in the table."""
+    components = values.reshape(len(values), -1).T
+    return dict(zip(quantity.columns, components, strict=False))

@@ -168,3 +168,17 @@ def test_missing_or_foreign_files_are_refused_in_one_line(tmp_path):
     (tmp_path / "measurement.csv").write_text("a,b\n1,x\n")
     with pytest.raises(DataError, match=r"expected a measurement\.csv"):
         read_csv(tmp_path / "measurement.csv")
+
+
+def test_arrays_without_a_single_value_read_back_without_a_complaint(tmp_path, measurement, capfd):
+    for name in ("E1", "displacement", "direction_1"):
+        measurement.arrays[name][:] = np.nan
+    path = tmp_path / "measurement.vtp"
+    write_vtp(path, measurement, {"units": "mm"})
+    header = path.read_bytes()
+    assert b'"nan"' not in header
+    assert b'"-nan"' not in header
+    found, _ = read_vtp(path)  # VTK's complaint would be a warning, and warnings are errors
+    assert capfd.readouterr().err == ""
+    for name, values in measurement.arrays.items():
+        np.testing.assert_array_equal(found.arrays[name], values, err_msg=name)

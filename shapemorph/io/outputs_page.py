@@ -1,0 +1,71 @@
+"""The page docs/outputs.md: every array of the result files."""
+
+from collections.abc import Iterator
+
+from shapemorph.io.quantities import CALIBRATED, PLANAR, QUANTITIES, REFERENCE, Quantity
+
+_HEAD = """\
+# What the result files hold
+
+Written by `tools/outputs_page.py` from `shapemorph/io/quantities.py`; do not edit by hand.
+
+Lengths are in mm and positions in the frame of the file that they belong to. A value that is \
+missing is NaN, and `status` says why ([CONVENTIONS.md](../CONVENTIONS.md)). Uncertainties are \
+one standard deviation of the random part. A unit of 1 means none.
+
+## measurement.vtp, .csv, .npz, .mat
+
+One row a point. `measurement.vtp` is PolyData: its points are the reference positions and its \
+cells the quads between neighbours that are all OK; configuration, units and version stand in \
+the field data. `shapemorph export RUN --format npz` (or `mat`) writes the same arrays under the \
+same names with two more: `points` and `cells` (row numbers of the four corners, counted from 0; \
+in MATLAB add 1). `measurement.csv` has the columns of the last column, in this order.
+
+| array | symbol | unit | numbers | formula | comes from | column |
+| --- | --- | --- | --- | --- | --- | --- |
+"""
+
+_GLB = """
+## measurement.glb
+
+The deformed shape **in metres**, as glTF asks (frame of the deformed file), coloured by E₁ in \
+linear `COLOR_0`; the scalar is the vertex attribute `_E1` (float32), its range and units are in \
+the `extras` of the mesh.
+
+## flatten/reference.vti, flatten/deformed.vti
+
+Calibrated images (`_0`, `_1`, … appended where there are several charts); spacing and origin \
+in mm, first row at the bottom.
+"""
+
+_PLANAR_HEAD = """
+## correlation.csv, correlation.npz
+
+What `shapemorph correlate` writes for two pictures; one row a point inside the mask. The NPZ \
+also holds `spacing` and `subset_size`, px.
+"""
+
+_SMALL = "\n| array | symbol | unit | meaning |\n| --- | --- | --- | --- |\n"
+
+
+def outputs_page() -> str:
+    """Write docs/outputs.md."""
+    rows = (_row(quantity) for quantity in (REFERENCE, *QUANTITIES))
+    small = [_SMALL + "".join(_small_rows(table)) for table in (CALIBRATED, PLANAR)]
+    return _HEAD + "".join(rows) + _GLB + small[0] + _PLANAR_HEAD + small[1]
+
+
+def _row(quantity: Quantity) -> str:
+    columns = ", ".join(f"`{column}`" for column in quantity.columns) or "–"
+    numbers = quantity.kind + (f" × {quantity.components}" if quantity.components > 1 else "")
+    cells = (f"`{quantity.name}`", quantity.symbol, quantity.unit, numbers)
+    return _line(*cells, quantity.formula, quantity.source, columns)
+
+
+def _small_rows(table: tuple[tuple[str, str, str, str], ...]) -> Iterator[str]:
+    for name, symbol, unit, meaning in table:
+        yield _line(f"`{name}`", symbol, unit, meaning)
+
+
+def _line(*cells: str) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n"

@@ -1,0 +1,175 @@
+"""What every array of the result files is: symbol, unit, formula, source.
+
+The writers take columns and units from here, and docs/outputs.md is written from it. An
+array that is new in a result file gets a line here.
+"""
+
+from dataclasses import dataclass
+
+_XYZ, _UVW, _XY = "xyz", "uvw", "xy"
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One array with a row for each point.
+
+    Attributes
+    ----------
+    name : str
+        In measurement.vtp, .npz and .mat.
+    symbol, formula, source : str
+        As docs/outputs.md shows them.
+    unit : str
+        "mm", "px", or "1" where it has none.
+    kind : str
+        Type of its numbers.
+    column : str
+        Name in measurement.csv; with ``{}`` for the letter of a component, empty where it
+        is not in the table.
+    letters : str
+        One for each component; empty: a scalar.
+    components : int
+        1 for scalars.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    formula: str
+    source: str
+    column: str = ""
+    letters: str = ""
+    components: int = 1
+    kind: str = "float64"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names in measurement.csv."""
+        if not self.column:
+            return ()
+        letters = self.letters or ("",)
+        return tuple(self.column.format(letter) for letter in letters)
+
+
+_GRID, _LIFT, _STRAIN = "`correlate`", "`lift`", "`strain`: fit over the window"
+_GREEN = "Green–Lagrange, E = (FᵀF − I)/2 on the tangent plane of the reference"
+
+
+def _scalar(name: str, symbol: str, formula: str, source: str) -> Quantity:
+    return Quantity(name, symbol, "1", formula, source, name)
+
+
+def _vector(name: str, symbol: str, formula: str, source: str) -> Quantity:
+    return Quantity(name, symbol, "1", formula, source, components=3)
+
+
+def _placed(
+    name: str, symbol: str, formula: str, source: str, *, column: str, letters: str
+) -> Quantity:
+    unit = column.rpartition("_")[2]
+    return Quantity(name, symbol, unit, formula, source, column, letters, len(letters))
+
+
+REFERENCE = _placed(
+    *("points", "X", "reference position, frame of the reference file; for lost points too"),
+    source="`lift`: calibrated reference image",
+    column="{}_ref_mm",
+    letters=_XYZ,
+)
+"""Positions of the points, which are no point array in VTK."""
+
+QUANTITIES: tuple[Quantity, ...] = (
+    _placed(
+        *("deformed_position", "x", "deformed position, frame of the deformed file"),
+        source="`lift`: calibrated deformed image",
+        column="{}_def_mm",
+        letters=_XYZ,
+    ),
+    _placed(
+        *("displacement", "u, v, w", "u = R x + t − X; R, t: the alignment"),
+        source="`lift`, `align`",
+        column="{}_mm",
+        letters=_UVW,
+    ),
+    _placed(
+        *("reference_px", "p", "position in the flattened reference image of its chart"),
+        source=_GRID,
+        column="{}_ref_px",
+        letters=_XY,
+    ),
+    _placed(
+        *("deformed_px", "q", "position in the flattened deformed image of its chart"),
+        source=_GRID,
+        column="{}_def_px",
+        letters=_XY,
+    ),
+    Quantity(
+        *("chart", "k", "1", "number of the chart (page) of the point", "`flatten`", "chart"),
+        kind="int64",
+    ),
+    Quantity(
+        *("status", "–", "1", "0 = OK; codes in CONVENTIONS.md", "all stages", "status"),
+        kind="uint8",
+    ),
+    _scalar("E1", "E₁", f"larger principal value; {_GREEN}", _STRAIN),
+    _scalar("E2", "E₂", f"smaller principal value; {_GREEN}", _STRAIN),
+    _scalar("hencky_1", "ε₁", "ln λ₁", "E1"),
+    _scalar("hencky_2", "ε₂", "ln λ₂", "E2"),
+    _scalar("stretch_1", "λ₁", "√(1 + 2 E₁)", "E1"),
+    _scalar("stretch_2", "λ₂", "√(1 + 2 E₂)", "E2"),
+    _scalar("thickness_strain", "ε₃", "−(ε₁ + ε₂): Hencky, constant volume", "E1, E2"),
+    _scalar("anisotropy", "D_A", "E₁/E₂; NaN where |E₂| ≤ 3 σ(E₂)", "E1, E2"),
+    _scalar("zncc", "ZNCC", "zero-mean normalised cross-correlation of the subsets", _GRID),
+    _scalar("iterations", "–", "iterations of IC-GN until it settled", _GRID),
+    Quantity(
+        "sigma_displacement",
+        "σ(u)",
+        "mm",
+        "1 σ of one component of the displacement, rms over the three; random part",
+        "`correlate`, `lift`: correlation and mesh noise",
+        "sigma_displacement_mm",
+    ),
+    _scalar("sigma_E1", "σ(E₁)", "1 σ, random part, through the fit", _STRAIN),
+    _scalar("sigma_E2", "σ(E₂)", "1 σ, random part, through the fit", _STRAIN),
+    _vector(
+        "direction_1",
+        "N₁",
+        "unit direction of E₁ on the reference, frame of its file; NaN where E₁ − E₂ is noise",
+        _STRAIN,
+    ),
+    _vector(
+        "direction_1_deformed",
+        "n₁",
+        "F N₁ / |F N₁| on the deformed shape, frame of its file",
+        _STRAIN,
+    ),
+)
+
+INTEGER_COLUMNS = ("chart", "status", "iterations")
+"""Columns of measurement.csv that are written without a point."""
+
+CALIBRATED = (
+    ("gray", "I", "1", "grey level, 0 to 1; NaN outside the mask"),
+    ("X", "X", "mm", "position on the surface, frame of the file"),
+    ("Y", "Y", "mm", "position on the surface, frame of the file"),
+    ("Z", "Z", "mm", "position on the surface, frame of the file"),
+    ("face", "–", "1", "face of the mesh under the pixel; −1 outside the mask"),
+)
+"""Point arrays of flatten/reference.vti and flatten/deformed.vti."""
+
+PLANAR = (
+    ("x_px", "x", "px", "column in the reference picture, a multiple of the spacing"),
+    ("y_px", "y", "px", "row in the reference picture, a multiple of the spacing"),
+    ("u_px", "u", "px", "column in the deformed picture − x"),
+    ("v_px", "v", "px", "row in the deformed picture − y"),
+    ("du_dx", "∂u/∂x", "1", "from the subset shape function"),
+    ("du_dy", "∂u/∂y", "1", "from the subset shape function"),
+    ("dv_dx", "∂v/∂x", "1", "from the subset shape function"),
+    ("dv_dy", "∂v/∂y", "1", "from the subset shape function"),
+    ("zncc", "ZNCC", "1", "zero-mean normalised cross-correlation of the subsets"),
+    ("iterations", "–", "1", "iterations of IC-GN until it settled"),
+    ("status", "–", "1", "0 = OK; codes in CONVENTIONS.md"),
+    ("sigma_u_px", "σ(u)", "px", "1 σ from image noise and the gradients of the subset"),
+    ("sigma_v_px", "σ(v)", "px", "1 σ from image noise and the gradients of the subset"),
+)
+"""Columns of correlation.csv and arrays of correlation.npz."""
