@@ -20,7 +20,7 @@ from shapemorph.pipeline.stagelist import STAGES
 
 COMMANDS = {
     *("measure", "run", "flatten", "match", "morph", "correlate", "lift", "align", "strain"),
-    *("spread", "synthesize", "compare", "init", "check", "report", "doctor", "export"),
+    *("spread", "synthesize", "compare", "init", "check", "report", "doctor", "export", "batch"),
 }
 
 

@@ -326,6 +326,38 @@ def report(run_folder: Path, /, *, say: Say = SAY) -> int:
 
 
 @app.command
+def batch(
+    config: Path,
+    /,
+    *,
+    output: Output = None,
+    scheduler: str | None = None,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Measure many pairs, on all cores or on a Dask cluster; what is current is kept.
+
+    Parameters
+    ----------
+    config
+        YAML file of a batch: a base configuration and a list, a table or folders of cases.
+    scheduler
+        Address of a Dask scheduler (tcp://host:8786) whose workers see the same files.
+    """
+    from shapemorph.cli.batches import print_batch, read_batch, watching_batch
+    from shapemorph.pipeline.batch import run_batch
+
+    plan, cases, over = read_batch(config, settings)
+    folder = output or Path(f"{config.stem}_batch")
+    configure_log(say)
+    with watching_batch(say) as listener:
+        outcome = run_batch(
+            plan, cases, folder, settings=over, scheduler=scheduler, listener=listener
+        )
+    return print_batch(outcome, say)
+
+
+@app.command
 def export(
     run_folder: Path,
     /,

@@ -1,6 +1,6 @@
 """Results as a few lines of text."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +87,21 @@ def describe_check(found: dict[str, Any]) -> Iterator[str]:
     if found["landmarks"]:
         yield f"landmarks   {', '.join(found['landmarks'])}"
     yield "ready to run"
+
+
+def describe_batch(
+    folder: Path, rows: Sequence[dict[str, Any]], notes: Sequence[str]
+) -> Iterator[str]:
+    """Say what became of each case."""
+    width = max(len(row["case"]) for row in rows) + 2
+    for row in rows:
+        kept = ", kept" if row["state"] == "kept" else ""
+        reason = f": {row['reason']}" if row["reason"] else ""
+        yield f"{row['case']:{width}s}{row['verdict'] or row['state']}{kept}{reason}"
+    good = sum(row["state"] in ("done", "kept") for row in rows)
+    yield f"{good} of {len(rows)} cases have a result"
+    yield from notes
+    yield f"summary     {folder / 'index.html'}"
 
 
 def describe_verdict(summary: dict[str, Any]) -> Iterator[str]:

@@ -36,8 +36,8 @@ def read_config(path: Path, model: type[Model], settings: Sequence[str] = ()) ->
     ConfigError
         One line: where, what was expected, what came.
     """
-    document, lines = _read_yaml(path)
-    document = _absolute_paths(document, model, path.absolute().parent)
+    document, lines = read_yaml(path)
+    document = absolute_paths(document, model, path.absolute().parent)
     return check_config(document, model, settings, source=str(path), lines=lines)
 
 
@@ -53,8 +53,8 @@ def check_config(
     origins: dict[tuple[str, ...], str] = {}
     for setting in settings:
         keys, value = parse_setting(setting)
-        value = _absolute_paths(_nest(keys, value), model, Path.cwd())
-        document = _merge(document, value)
+        value = absolute_paths(nested(keys, value), model, Path.cwd())
+        document = laid_over(document, value)
         origins[keys] = f"--set {setting}"
     try:
         return model.model_validate(document)
@@ -93,7 +93,7 @@ def template_text(model: type[BaseModel]) -> str:
 # --- reading -------------------------------------------------------------------------
 
 
-def _read_yaml(path: Path) -> tuple[Document, dict[tuple[str, ...], int]]:
+def read_yaml(path: Path) -> tuple[Document, dict[tuple[str, ...], int]]:
     """Parse a file into a document and the line of every key."""
     try:
         text = path.read_text(encoding="utf-8")
@@ -140,25 +140,26 @@ def _key_lines(
         yield from _key_lines(value, (*at, name), path)
 
 
-def _nest(keys: tuple[str, ...], value: Any) -> Document:
+def nested(keys: tuple[str, ...], value: Any) -> Document:
+    """Make the document that holds one value under keys below each other."""
     for key in reversed(keys):
         value = {key: value}
     return typing.cast(Document, value)
 
 
-def _merge(document: Document, change: Document) -> Document:
+def laid_over(document: Document, change: Document) -> Document:
     """Lay `change` over `document`, section by section."""
     merged = dict(document)
     for key, value in change.items():
         below = merged.get(key)
         if isinstance(value, dict) and (below is None or isinstance(below, dict)):
-            merged[key] = _merge(below or {}, value)
+            merged[key] = laid_over(below or {}, value)
         else:
             merged[key] = value
     return merged
 
 
-def _absolute_paths(document: Document, model: type[BaseModel], base: Path) -> Document:
+def absolute_paths(document: Document, model: type[BaseModel], base: Path) -> Document:
     """Resolve every key that the model calls a path against `base`."""
     resolved: Document = {}
     for key, value in document.items():
@@ -166,7 +167,7 @@ def _absolute_paths(document: Document, model: type[BaseModel], base: Path) -> D
         kinds = _kinds(field.annotation) if field else []
         below = _section_in(kinds)
         if isinstance(value, dict) and below:
-            resolved[key] = _absolute_paths(value, below, base)
+            resolved[key] = absolute_paths(value, below, base)
         elif value is None and below and type(None) not in kinds:
             resolved[key] = {}  # a section whose keys are all commented out
         elif isinstance(value, str) and Path in kinds:
