@@ -20,7 +20,18 @@ from shapemorph.pipeline.stagelist import STAGES
 
 COMMANDS = {
     *("measure", "run", "flatten", "match", "morph", "correlate", "lift", "align", "strain"),
-    *("spread", "synthesize", "compare", "init", "check", "report", "doctor", "export", "batch"),
+    *(
+        "spread",
+        "synthesize",
+        "compare",
+        "init",
+        "check",
+        "report",
+        "doctor",
+        "export",
+        "batch",
+        "noise",
+    ),
 }
 
 

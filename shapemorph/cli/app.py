@@ -13,6 +13,7 @@ from shapemorph.cli.runs import (
     bring_up_to_date,
     defaults,
     is_config,
+    pair_config,
     print_outcome,
     print_result,
     read_case,
@@ -57,12 +58,8 @@ def measure(
     landmarks
         CSV name,ref_x,ref_y,ref_z,def_x,def_y,def_z in the frames of the two files.
     """
-    from shapemorph.config import RunConfig
-    from shapemorph.io.config_files import check_config
-
     inputs = {"reference": reference, "deformed": deformed, "landmarks": landmarks}
-    given = {key: str(path.absolute()) for key, path in inputs.items() if path is not None}
-    config = check_config({"inputs": given}, RunConfig, settings.set_)
+    config = pair_config(inputs, settings)
     return bring_up_to_date(config, output or Path(f"{deformed.stem}_run"), say)
 
 
@@ -323,62 +320,6 @@ def report(run_folder: Path, /, *, say: Say = SAY) -> int:
     with watching(say) as listener:
         outcome = make_again(config, run_folder, listener=listener)
     return print_outcome(outcome, say)
-
-
-@app.command
-def batch(
-    config: Path,
-    /,
-    *,
-    output: Output = None,
-    scheduler: str | None = None,
-    settings: Settings = NO_SETTINGS,
-    say: Say = SAY,
-) -> int:
-    """Measure many pairs, on all cores or on a Dask cluster; what is current is kept.
-
-    Parameters
-    ----------
-    config
-        YAML file of a batch: a base configuration and a list, a table or folders of cases.
-    scheduler
-        Address of a Dask scheduler (tcp://host:8786) whose workers see the same files.
-    """
-    from shapemorph.cli.batches import print_batch, read_batch, watching_batch
-    from shapemorph.pipeline.batch import run_batch
-
-    plan, cases, over = read_batch(config, settings)
-    folder = output or Path(f"{config.stem}_batch")
-    configure_log(say)
-    with watching_batch(say) as listener:
-        outcome = run_batch(
-            plan, cases, folder, settings=over, scheduler=scheduler, listener=listener
-        )
-    return print_batch(outcome, say)
-
-
-@app.command
-def export(
-    run_folder: Path,
-    /,
-    *,
-    format_: Annotated[str, Parameter(name="--format")] = "npz",
-    say: Say = SAY,
-) -> int:
-    """Write the measurement of a finished run as NPZ or MAT, with the arrays of the VTP.
-
-    Parameters
-    ----------
-    run_folder
-        Directory of the run; measurement.npz or measurement.mat is written into it.
-    format_
-        npz (NumPy) or mat (MATLAB, Octave).
-    """
-    from shapemorph.pipeline.export import export as export_run
-
-    path = export_run(run_folder, format_)
-    show_json({"file": str(path)}) if say.json else show(str(path))
-    return 0
 
 
 @app.command

@@ -81,6 +81,15 @@ def defaults(settings: Settings) -> "RunConfig":
     return check_config({}, RunConfig, settings.set_)
 
 
+def pair_config(inputs: dict[str, Path | None], settings: Settings) -> "RunConfig":
+    """Give the configuration of a pair that the command line names."""
+    from shapemorph.config import RunConfig
+    from shapemorph.io.config_files import check_config
+
+    given = {key: str(path.absolute()) for key, path in inputs.items() if path is not None}
+    return check_config({"inputs": given}, RunConfig, settings.set_)
+
+
 def with_steps(settings: Settings, steps: int | None) -> Settings:
     """Turn the number N of pictures of a morph sequence into the setting `morph.images`."""
     if steps is None:

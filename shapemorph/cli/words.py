@@ -104,6 +104,20 @@ def describe_batch(
     yield f"summary     {folder / 'index.html'}"
 
 
+def describe_noise(folder: Path, found: dict[str, Any]) -> Iterator[str]:
+    """Say how large noise and bias are, and what these words mean."""
+    figures = found["figures"]
+    columns = ("mean", "std", "robust_std", "predicted", "ratio")
+    heads = ("mean", "std", "robust", "predicted", "ratio")
+    yield f"{figures['points']} points; {found['alignment']}"
+    yield f"{'':8s}" + "".join(f"{head:>12s}" for head in heads)
+    for name, unit in (("u", " mm"), ("v", " mm"), ("w", " mm"), ("E1", ""), ("E2", "")):
+        yield f"{name + unit:8s}" + "".join(f"{_number(figures[name][c]):>12s}" for c in columns)
+    yield from (f"{word:12s}{meaning}" for word, meaning in found["definitions"].items())
+    yield from found["notes"]
+    yield f"results     {folder}"
+
+
 def describe_verdict(summary: dict[str, Any]) -> Iterator[str]:
     """Give the verdict and its reasons."""
     yield f"verdict     {summary['verdict']['level']}"

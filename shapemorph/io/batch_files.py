@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,7 +64,7 @@ def _base(config: BatchConfig, home: Path) -> Document:
     if isinstance(config.base, Path):
         document, _ = read_yaml(config.base)
         return absolute_paths(document, RunConfig, config.base.parent)
-    return absolute_paths(_unfolded(config.base), RunConfig, home)
+    return absolute_paths(unfolded(config.base), RunConfig, home)
 
 
 def _raw_cases(config: BatchConfig, home: Path) -> Iterator[tuple[Document, Path]]:
@@ -126,10 +126,10 @@ def _one_file(folder: Path, pattern: str) -> Path:
 
 def _document(keys: Document, home: Path) -> Document:
     settings = {key: value for key, value in keys.items() if key != "name"}
-    return absolute_paths(_unfolded(settings), RunConfig, home)
+    return absolute_paths(unfolded(settings), RunConfig, home)
 
 
-def _unfolded(keys: Document) -> Document:
+def unfolded(keys: Mapping[str, Any]) -> Document:
     """Turn dotted keys, and short ones of the inputs, into sections."""
     document: Document = {}
     for key, value in keys.items():

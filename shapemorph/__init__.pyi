@@ -1,0 +1,5 @@
+from shapemorph.api import Result as Result
+from shapemorph.api import load as load
+from shapemorph.api import measure as measure
+
+__version__: str
