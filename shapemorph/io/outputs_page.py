@@ -2,7 +2,16 @@
 
 from collections.abc import Iterator
 
-from shapemorph.io.quantities import CALIBRATED, PLANAR, QUANTITIES, REFERENCE, Quantity
+from shapemorph.io.quantities import (
+    CALIBRATED,
+    FLATTENED,
+    MATCHES,
+    PLANAR,
+    QUANTITIES,
+    REFERENCE,
+    WARP,
+    Quantity,
+)
 
 _HEAD = """\
 # What the result files hold
@@ -45,14 +54,40 @@ What `shapemorph correlate` writes for two pictures; one row a point inside the 
 also holds `spacing` and `subset_size`, px.
 """
 
+_FLATTENED_HEAD = """
+## NAME.npz of `shapemorph flatten`
+
+The calibrated image of one mesh as arrays; NAME is that of the mesh.
+"""
+
+_MATCHES_HEAD = """
+## matches.csv of `shapemorph morph`
+
+One row a match, px of the two pictures.
+"""
+
+_WARP_HEAD = """
+## warp_forward.npz, warp_backward.npz of `shapemorph morph`
+
+Reference to deformed and back.
+"""
+
 _SMALL = "\n| array | symbol | unit | meaning |\n| --- | --- | --- | --- |\n"
+
+_SECTIONS = (
+    (_GLB, CALIBRATED),
+    (_PLANAR_HEAD, PLANAR),
+    (_FLATTENED_HEAD, FLATTENED),
+    (_MATCHES_HEAD, MATCHES),
+    (_WARP_HEAD, WARP),
+)
 
 
 def outputs_page() -> str:
     """Write docs/outputs.md."""
-    rows = (_row(quantity) for quantity in (REFERENCE, *QUANTITIES))
-    small = [_SMALL + "".join(_small_rows(table)) for table in (CALIBRATED, PLANAR)]
-    return _HEAD + "".join(rows) + _GLB + small[0] + _PLANAR_HEAD + small[1]
+    rows = "".join(_row(quantity) for quantity in (REFERENCE, *QUANTITIES))
+    sections = (head + _SMALL + "".join(_small_rows(table)) for head, table in _SECTIONS)
+    return _HEAD + rows + "".join(sections)
 
 
 def _row(quantity: Quantity) -> str:

@@ -173,3 +173,35 @@ PLANAR = (
     ("sigma_v_px", "σ(v)", "px", "1 σ from image noise and the gradients of the subset"),
 )
 """Columns of correlation.csv and arrays of correlation.npz."""
+
+FLATTENED = (
+    ("grey", "I", "1", "grey level (H, W), 0 to 1"),
+    ("mask", "–", "1", "where a face covers the pixel centre (H, W)"),
+    ("X", "X", "mm", "position on the surface (H, W); NaN outside the mask"),
+    ("Y", "Y", "mm", "position on the surface (H, W); NaN outside the mask"),
+    ("Z", "Z", "mm", "position on the surface (H, W); NaN outside the mask"),
+    ("triangle", "–", "1", "triangle of the chart under the pixel (H, W); −1 outside the mask"),
+    ("barycentric", "β₂, β₃", "1", "weights of its second and third corner (H, W, 2)"),
+    ("chart_vertex_ids", "–", "1", "vertex of the mesh that each vertex of the chart copies (N)"),
+    ("chart_faces", "–", "1", "triangles in vertices of the chart (M, 3)"),
+    ("chart_face_ids", "–", "1", "face of the mesh that each triangle is (M)"),
+    ("chart_vertex_px", "x, y", "px", "position of each vertex of the chart (N, 2)"),
+    ("chart_page_starts", "–", "px", "first column of each page"),
+    ("px_per_mm", "s", "px/mm", "nominal image scale"),
+)
+"""Arrays of the NPZ file that `shapemorph flatten MESH` writes."""
+
+WARP = (
+    ("coefficients", "c", "px", "of a uniform cubic B-spline: target position (R, C, 2)"),
+    ("origin", "x₀, y₀", "px", "source position of coefficient [0, 0]"),
+    ("spacing", "h", "px", "distance between coefficients in the source"),
+)
+"""Arrays of warp_forward.npz and warp_backward.npz."""
+
+MATCHES = (
+    ("x_ref_px", "x", "px", "column in the reference picture"),
+    ("y_ref_px", "y", "px", "row in the reference picture"),
+    ("x_def_px", "x′", "px", "column in the deformed picture"),
+    ("y_def_px", "y′", "px", "row in the deformed picture"),
+)
+"""Columns of matches.csv."""

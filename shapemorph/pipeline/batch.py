@@ -11,6 +11,7 @@ from shapemorph.core.errors import ConfigError
 from shapemorph.io.batch_files import Case
 from shapemorph.io.batch_tables import write_batch_tables
 from shapemorph.io.config_files import check_config
+from shapemorph.io.folder_lock import LOCK_FILE, alone_in
 from shapemorph.io.safe_files import check_writable, whole_file
 from shapemorph.pipeline.batch_case import CASES, Row, failed_row, run_case, waiting_row
 from shapemorph.pipeline.cluster import (
@@ -112,6 +113,18 @@ def run_batch(
     check_config({}, RunConfig, settings)
     _check_is_batch(folder)
     check_writable(folder)
+    with alone_in(folder):
+        return _run(config, cases, folder, settings, scheduler, listener)
+
+
+def _run(
+    config: BatchConfig,
+    cases: Sequence[Case],
+    folder: Path,
+    settings: Sequence[str],
+    scheduler: str | None,
+    listener: BatchListener,
+) -> BatchOutcome:
     book = _Book(folder, cases, listener)
     payloads = dict(_payloads(cases, folder.absolute(), settings, book))
     crew = None
@@ -220,7 +233,7 @@ def _check_is_batch(folder: Path) -> None:
         If the folder holds anything but a batch.
     """
     entries = {entry.name for entry in folder.iterdir()} if folder.is_dir() else set()
-    if entries and not entries & {CASES, "batch.csv"}:
+    if entries - {LOCK_FILE} and not entries & {CASES, "batch.csv"}:
         raise ConfigError(
             f"output {folder} holds other files and is no batch of shapemorph: choose a new or "
             "empty directory with -o"

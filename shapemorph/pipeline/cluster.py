@@ -176,7 +176,7 @@ def remote_cluster(address: str, config: ClusterConfig) -> Iterator[Cluster]:
                 f"--scheduler {address}: no worker within {_WAIT_SECONDS} s: start some with "
                 f"`dask worker {address} --nthreads 1`"
             ) from error
-        workers = len(client.scheduler_info(n_workers=-1)["workers"])
+        workers = len(client.nthreads())
         yield Cluster(client, Crew(address, workers, config.threads, None, config.attempts))
 
 

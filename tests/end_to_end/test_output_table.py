@@ -6,7 +6,7 @@ import pyvista
 
 from shapemorph.cli import main
 from shapemorph.io.measurement_files import read_csv, read_vtp
-from shapemorph.io.quantities import CALIBRATED, QUANTITIES, REFERENCE
+from shapemorph.io.quantities import CALIBRATED, FLATTENED, MATCHES, QUANTITIES, REFERENCE, WARP
 
 
 @pytest.fixture(scope="session")
@@ -63,3 +63,19 @@ def test_export_writes_the_arrays_of_the_vtp_beside_it(measured, field, capsys):
 def test_export_of_what_is_no_run_is_an_error_of_data(tmp_path, capsys):
     assert main(["export", str(tmp_path), "--format", "mat"]) == 3
     assert "measurement.vtp" in capsys.readouterr().err
+
+
+def test_the_arrays_of_one_flattened_mesh_are_listed(pair, tmp_path):
+    words = ["-o", str(tmp_path), "--set", "report.figures=false", "--quiet"]
+    assert main(["flatten", str(pair / "reference.obj"), *words]) == 0
+    with np.load(tmp_path / "reference.npz", allow_pickle=False) as archive:
+        assert set(archive.files) - {"chart_home"} == {name for name, *_ in FLATTENED}
+
+
+def test_the_files_of_a_morph_are_listed(measured, tmp_path):
+    pictures = [str(measured / "flatten" / f"{side}.png") for side in ("reference", "deformed")]
+    assert main(["morph", *pictures, "--steps", "2", "-o", str(tmp_path), "--quiet"]) == 0
+    header = (tmp_path / "matches.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert header.split(",") == [name for name, *_ in MATCHES]
+    with np.load(tmp_path / "warp_backward.npz", allow_pickle=False) as archive:
+        assert set(archive.files) == {name for name, *_ in WARP}

@@ -10,6 +10,7 @@ import pytest
 from shapemorph.config import BatchConfig
 from shapemorph.core.errors import ConfigError, DataError
 from shapemorph.io.batch_files import Case
+from shapemorph.io.folder_lock import alone_in
 from shapemorph.pipeline import batch, batch_case
 from shapemorph.pipeline import measure as order
 from shapemorph.pipeline.batch import run_batch
@@ -157,3 +158,9 @@ def test_somebodys_folder_is_left_alone(lab):
     with pytest.raises(ConfigError, match="no batch of shapemorph"):
         lab("a")
     assert [path.name for path in lab.folder.iterdir()] == ["thesis.tex"]
+
+
+def test_two_batches_do_not_work_in_one_folder(lab):
+    with alone_in(lab.folder), pytest.raises(ConfigError, match="another batch works in it"):
+        lab("a")
+    assert lab("a")[0].rows[0]["state"] == "done"
