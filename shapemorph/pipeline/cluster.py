@@ -1,6 +1,7 @@
 """The door to Dask: workers on this machine, or those of a scheduler elsewhere."""
 
 import os
+import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from shapemorph.config import ClusterConfig
 from shapemorph.core.errors import ConfigError
 
 _WAIT_SECONDS = 30
+_ANSWER_SECONDS = 10
 _GIGABYTE = 1e9
 _SHARE_OF_MEMORY = 0.9  # the rest is for the parent and the system
 _THREAD_VARIABLES = (
@@ -163,7 +165,7 @@ def remote_cluster(address: str, config: ClusterConfig) -> Iterator[Cluster]:
     from distributed import Client
 
     try:
-        client = Client(address, timeout=_WAIT_SECONDS)
+        client = Client(address, timeout=_ANSWER_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
         raise ConfigError(
             f"--scheduler {address}: expected a Dask scheduler (tcp://host:8786), got {error}"
@@ -178,6 +180,11 @@ def remote_cluster(address: str, config: ClusterConfig) -> Iterator[Cluster]:
             ) from error
         workers = len(client.nthreads())
         yield Cluster(client, Crew(address, workers, config.threads, None, config.attempts))
+
+
+def dask_setup(worker: object) -> None:  # noqa: ARG001 - the name and argument that Dask looks for
+    """Leave interrupts to the parent, which then ends its workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def limit_threads(threads: int | None) -> None:
@@ -202,6 +209,7 @@ def _dask_settings(crew: Crew) -> Iterator[None]:
         "distributed.scheduler.allowed-failures": crew.attempts - 1,
         "distributed.scheduler.worker-saturation": 1.0,
         "distributed.scheduler.worker-ttl": None,
+        "distributed.worker.preload": [__name__],
         "distributed.worker.profile.enabled": False,
         "distributed.admin.tick.limit": "1h",
         "logging": {"distributed": "critical"},

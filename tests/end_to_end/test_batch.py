@@ -13,6 +13,7 @@ from shapemorph.cli import main
 
 pytest.importorskip("distributed", reason="Dask is not installed")
 pytestmark = pytest.mark.slow
+needs_proc = pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds workers through /proc")
 
 SMALL = ("faces=3000", "texture=512", "speckle=1.8", "vertex_noise=0.004")
 GOOD = ("s1", "s2", "s3", "s4", "s5")
@@ -68,7 +69,7 @@ def _rows(folder):
         return {row["case"]: row for row in csv.DictReader(stream)}
 
 
-@pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds the workers through /proc")
+@needs_proc
 def test_kill_of_a_worker_and_of_the_parent_cost_nothing_that_was_finished(specimens):
     first = _start(specimens)
     _wait_for(first, "s1: begin")
@@ -92,6 +93,20 @@ def test_kill_of_a_worker_and_of_the_parent_cost_nothing_that_was_finished(speci
     assert all((specimens / "out" / rows[name]["report"]).is_file() for name in GOOD)
     assert not list((specimens / "out").rglob(".partial*"))
     assert not [pid for pid in others if Path(f"/proc/{pid}").exists()]
+
+
+@needs_proc
+def test_an_interrupt_ends_everything_with_one_line(specimens):
+    process = _start(specimens, "--set", "match.ratio=0.84")
+    _wait_for(process, "begin")
+    workers = _workers(process)
+    for pid in (*workers, process.pid):  # as a terminal does it
+        os.kill(pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted; finished stages are kept" in said
+    assert "Traceback" not in said
+    assert not [pid for pid in workers if Path(f"/proc/{pid}").exists()]
 
 
 def test_a_scheduler_elsewhere_gives_the_same_files(specimens):

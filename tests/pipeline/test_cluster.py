@@ -31,7 +31,7 @@ def test_without_dask_the_message_names_the_extra(monkeypatch):
 
 
 def test_what_is_no_scheduler_is_refused(monkeypatch):
-    monkeypatch.setattr("shapemorph.pipeline.cluster._WAIT_SECONDS", 1)
+    monkeypatch.setattr("shapemorph.pipeline.cluster._ANSWER_SECONDS", 1)
     with pytest.raises(ConfigError, match=r"tcp://127\.0\.0\.1:9: expected a Dask scheduler"):
         remote_cluster("tcp://127.0.0.1:9", ClusterConfig()).__enter__()
 
