@@ -229,8 +229,8 @@ def synthesize(
     Parameters
     ----------
     case
-        Shape (dome, bulge, indentation, freeform, hole, tube, rigid, balloon) or a YAML file with a
-        section `synthesize`.
+        Shape (dome, bulge, indentation, freeform, hole, tube, rigid, balloon, sheet) or a YAML
+        file with a section `synthesize`.
     """
     from shapemorph.pipeline.synthesize import write_case
 

@@ -65,7 +65,7 @@ def renew_warp(
         fill_gaps(*smooth_quadratic(correction, known, reach=each / spacing)) for each in reach
     )
     target = before + _blend(narrow, wide, fill_gaps(level, known)[..., 0], known)
-    return Warp(_through(target), np.array([x[0], y[0]]), float(spacing))
+    return Warp(spline_through(target), np.array([x[0], y[0]]), float(spacing))
 
 
 def smooth_quadratic(values: Floats, known: Bools, *, reach: float) -> tuple[Floats, Bools]:
@@ -158,7 +158,7 @@ def _lattice(along: Ints, spacing: int) -> Floats:
     return np.asarray(along[0] + spacing * before, dtype=np.float64)
 
 
-def _through(targets: Floats) -> Floats:
+def spline_through(targets: Floats) -> Floats:
     """Coefficients of the spline through an (R, C, 2) grid of targets."""
     from scipy.ndimage import spline_filter
 

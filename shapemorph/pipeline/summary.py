@@ -118,6 +118,7 @@ def matching_figures(matches: Matches) -> dict[str, Any]:
         "residual_px": matches.residual_px,
         "settled_px": matches.settled_px,
         "fold_share": matches.fold_share,
+        "doubt": matches.doubt,
     }
 
 

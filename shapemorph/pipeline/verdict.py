@@ -48,6 +48,8 @@ def _sound_warp(sections: Mapping[str, Any]) -> Iterator[Finding]:
     match = sections.get("match", {})
     if match.get("fold_share", 0.0) > 1e-3:
         yield WARN, f"the warp folds over on {match['fold_share']:.2%} of the matched area"
+    if match.get("doubt"):
+        yield WARN, match["doubt"]
 
 
 def _close_matches(sections: Mapping[str, Any]) -> Iterator[Finding]:

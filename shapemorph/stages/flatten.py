@@ -19,15 +19,16 @@ from shapemorph.methods.charts.atlas import (
     Atlas,
     Lay,
     chart_surface,
+    cut_patch,
     face_areas,
     good_area,
-    lay_page,
+    lay_piece,
 )
-from shapemorph.methods.charts.correspondence import corresponding_patches
+from shapemorph.methods.charts.correspondence import Counterparts
 from shapemorph.methods.charts.mosaic import PAGE_GAP, Page, bind, with_pages
 from shapemorph.methods.distortion import chart_distortion, local_scale, weighted_quantile
 from shapemorph.methods.parametrize.automatic import Flattening
-from shapemorph.methods.parametrize.choice import PROJECTIONS, lay_flat, place
+from shapemorph.methods.parametrize.choice import PROJECTIONS, lay_flat
 from shapemorph.methods.parametrize.disk import cut_piece
 from shapemorph.methods.scale import choose_scale, measure_pattern
 
@@ -125,9 +126,7 @@ def _atlas(mesh: TexturedMesh, config: FlattenConfig, lay: Lay, least: int) -> A
     """Lay a mesh flat in one piece where the method has its own, else in charts."""
     if config.method in PROJECTIONS:
         piece = cut_piece(mesh.vertices, mesh.faces, name=mesh.name)
-        flattening, why = lay(mesh.vertices[piece.vertex_ids], piece.faces)
-        plane = place(mesh.vertices, piece, flattening)
-        page = Page(piece, plane, np.ones(len(piece.faces), dtype=bool))
+        page, flattening, why = lay_piece(mesh, piece, np.ones(len(piece.faces), bool), lay)
         return Atlas([page], (flattening.method,), why)
     most = max(MOST_CHARTS, least)
     if config.charts is not None:
@@ -161,19 +160,21 @@ def _flatten_by_correspondence(
     """
     mesh, first = reference
     least = first.calibrated.chart.page_count
+    most = least + (MORE_CHARTS if config.charts is None else 0)
+    counterparts = Counterparts(deformed[0], deformed[1].calibrated, ratio=RATIO)
     best: tuple[float, FlattenedPair] | None = None
     reasons = []
-    for count in range(least, least + MORE_CHARTS + 1):
+    for count in range(least, most + 1):
         if count > least:
             first = flatten_mesh(mesh, config, least=count)
         try:
-            good, second = _counterpart(mesh, first, *deformed, lay)
+            good, second = _lay_counterparts(counterparts, mesh, first, deformed[1], lay)
         except (DataError, StageError) as error:
             reasons.append(str(error))
             continue
         if best is None or good > best[0]:
             best = good, FlattenedPair(first, second)
-        if good >= ENOUGH_GOOD or config.charts is not None:
+        if good >= ENOUGH_GOOD:
             break
     if best is None:
         raise StageError(
@@ -183,18 +184,19 @@ def _flatten_by_correspondence(
     return best[1]
 
 
-def _counterpart(
+def _lay_counterparts(
+    counterparts: Counterparts,
     reference: TexturedMesh,
     first: FlattenedSurface,
-    deformed: TexturedMesh,
     second: FlattenedSurface,
     lay: Lay,
 ) -> tuple[float, FlattenedSurface]:
     """Flatten what corresponds to each chart; also the share of it that lies well."""
-    patches = corresponding_patches(
-        (reference, first.calibrated), (deformed, second.calibrated), ratio=RATIO
-    )
-    laid = [lay_page(deformed, patch, lay) for patch in patches]
+    deformed = counterparts.mesh
+    pieces = [
+        cut_patch(deformed, patch) for patch in counterparts.patches(reference, first.calibrated)
+    ]
+    laid = [lay_piece(deformed, piece, home, lay) for piece, home in pieces]
     pages = [page for page, _, _ in laid]
     areas = [face_areas(deformed.vertices, deformed.faces[p.piece.face_ids]).sum() for p in pages]
     good = sum(good_area(deformed, page) for page in pages) / sum(areas)
@@ -215,7 +217,9 @@ def _name(methods: Sequence[str]) -> str:
 def _lay(mesh: TexturedMesh, config: FlattenConfig, meridian: Floats | None) -> Lay:
     """Give the function that flattens a piece in its own unit and says how well it went."""
 
-    def lay(vertices: Floats, faces: Ints) -> tuple[Flattening, str]:
+    def lay(
+        vertices: Floats, faces: Ints, made: Flattening | None = None
+    ) -> tuple[Flattening, str]:
         return lay_flat(
             vertices,
             faces,
@@ -228,6 +232,7 @@ def _lay(mesh: TexturedMesh, config: FlattenConfig, meridian: Floats | None) -> 
             most_lost=MOST_LOST,
             most_anisotropy=MOST_ANISOTROPY,
             most_reduced=MOST_REDUCED,
+            made=made,
         )
 
     return lay

@@ -1,12 +1,11 @@
 """Lay a surface flat in as few charts as its shape allows."""
 
-import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.errors import DataError, StageError
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.methods.charts.mosaic import Page
@@ -16,9 +15,9 @@ from shapemorph.methods.parametrize.automatic import Flattening
 from shapemorph.methods.parametrize.choice import place
 from shapemorph.methods.parametrize.disk import Piece, cut_pieces
 
-_log = logging.getLogger(__name__)
-
-Lay = Callable[[Floats, Ints], tuple[Flattening, str]]
+Lay = Callable[[Floats, Ints, Flattening | None], tuple[Flattening, str]]
+"""Flattens a disk with holes, vertices (V, 3) and faces (F, 3), and says why so; the last
+argument is its boundary-first map where that has been made already."""
 
 ENOUGH_GOOD = 0.97  # of the area, shown well by the page that is its home
 MOST_SCALED = 2.5  # times smaller or larger than the median of the page
@@ -51,9 +50,8 @@ class Atlas:
 class _Try:
     """One component in some number of pages."""
 
-    patches: Sequence[Patch]
     pages: list[Page]
-    methods: list[str]
+    flattenings: list[Flattening]
     notes: list[str]
     good: float
 
@@ -68,9 +66,8 @@ def chart_surface(mesh: TexturedMesh, lay: Lay, *, trial: Lay, least: int, most:
     ----------
     mesh : TexturedMesh
     lay : callable
-        Flattens a disk with holes, vertices (V, 3) and faces (F, 3), and says why so.
     trial : callable
-        The same, quickly: the number of pages is chosen by it.
+        Makes the boundary-first map: the number of pages is chosen by it.
     least, most : int
         Pages of the largest component; of the others at most `most`.
 
@@ -97,7 +94,8 @@ def chart_surface(mesh: TexturedMesh, lay: Lay, *, trial: Lay, least: int, most:
         )
     if len(pages) > 1:
         notes.insert(0, f"{len(pages)} charts of {len(large)} component(s)")
-    return Atlas(pages, tuple(m for each in tries for m in each.methods), "; ".join(notes))
+    methods = tuple(flat.method for each in tries for flat in each.flattenings)
+    return Atlas(pages, methods, "; ".join(notes))
 
 
 def face_areas(vertices: Floats, faces: Ints) -> Floats:
@@ -107,28 +105,43 @@ def face_areas(vertices: Floats, faces: Ints) -> Floats:
     return areas
 
 
-def lay_page(mesh: TexturedMesh, patch: Patch, lay: Lay) -> tuple[Page, Flattening, str]:
-    """Flatten part of a mesh.
+def cut_patch(mesh: TexturedMesh, patch: Patch) -> tuple[Piece, Bools]:
+    """Take the largest connected piece of some faces of a mesh, and which of it is at home.
+
+    Raises
+    ------
+    DataError
+        If there are no faces.
+    """
+    if len(patch.faces) == 0:
+        raise DataError(f"{mesh.name} has too few faces for so many charts: use a finer mesh")
+    whole = cut_pieces(mesh.vertices, mesh.faces[patch.faces], name=mesh.name)[0]
+    piece = Piece(whole.vertex_ids, whole.faces, patch.faces[whole.face_ids])
+    return piece, patch.home[whole.face_ids]
+
+
+def lay_piece(
+    mesh: TexturedMesh, piece: Piece, home: Bools, lay: Lay, made: Flattening | None = None
+) -> tuple[Page, Flattening, str]:
+    """Flatten a piece of a mesh.
 
     Parameters
     ----------
     mesh : TexturedMesh
-    patch : Patch
-        Of faces of the mesh; only its largest connected piece is taken.
+    piece : Piece
+    home : (M,) bool
+        Its triangles that no other page shows better.
     lay : callable
+    made : Flattening, optional
+        Its boundary-first map.
 
     Raises
     ------
     DataError, StageError
         If it cannot lie flat.
     """
-    if len(patch.faces) == 0:
-        raise DataError(f"{mesh.name} has too few faces for so many charts: use a finer mesh")
-    whole = cut_pieces(mesh.vertices, mesh.faces[patch.faces], name=mesh.name)[0]
-    piece = Piece(whole.vertex_ids, whole.faces, patch.faces[whole.face_ids])
-    flattening, why = lay(mesh.vertices[piece.vertex_ids], piece.faces)
-    plane = place(mesh.vertices, piece, flattening)
-    return Page(piece, plane, patch.home[whole.face_ids]), flattening, why
+    flattening, why = lay(mesh.vertices[piece.vertex_ids], piece.faces, made)
+    return Page(piece, place(mesh.vertices, piece, flattening), home), flattening, why
 
 
 def good_area(mesh: TexturedMesh, page: Page) -> float:
@@ -150,7 +163,9 @@ def _chart_component(mesh: TexturedMesh, piece: Piece, lay: Lay, trial: Lay, cou
     reasons: list[str] = []
     for count in counts:
         try:
-            found = _pages(mesh, _patches(mesh, piece, count, area), trial, area)
+            parts = _parts(mesh, piece, count, area)
+            laid = [lay_piece(mesh, part, home, trial) for part, home in parts]
+            found = _weigh(mesh, laid, area)
         except (DataError, StageError) as error:
             reasons.append(str(error))
             continue
@@ -161,7 +176,11 @@ def _chart_component(mesh: TexturedMesh, piece: Piece, lay: Lay, trial: Lay, cou
         raise DataError("; ".join(dict.fromkeys(reasons)))
     best = max(each.good for each in tried)
     chosen = next(each for each in tried if each.good >= min(best - WORTH_IT, ENOUGH_GOOD))
-    return _pages(mesh, chosen.patches, lay, area)
+    settled = [
+        lay_piece(mesh, page.piece, page.home, lay, made)
+        for page, made in zip(chosen.pages, chosen.flattenings, strict=True)
+    ]
+    return _weigh(mesh, settled, area)
 
 
 def _gains_nothing(tried: Sequence[_Try]) -> bool:
@@ -172,20 +191,16 @@ def _gains_nothing(tried: Sequence[_Try]) -> bool:
     return max(each.good for each in tried[-PATIENCE:]) <= before + WORTH_IT
 
 
-def _patches(mesh: TexturedMesh, piece: Piece, count: int, area: float) -> list[Patch]:
-    """Split a component; faces are those of the mesh."""
+def _parts(mesh: TexturedMesh, piece: Piece, count: int, area: float) -> list[tuple[Piece, Bools]]:
+    """Split a component into overlapping pieces."""
     if count == 1:
-        return [Patch(piece.face_ids, np.ones(len(piece.face_ids), dtype=bool))]
+        return [(piece, np.ones(len(piece.face_ids), dtype=bool))]
     patches = split_surface(
         mesh.vertices[piece.vertex_ids], piece.faces, count=count, overlap=OVERLAP * area**0.5
     )
-    return [Patch(piece.face_ids[patch.faces], patch.home) for patch in patches]
+    return [cut_patch(mesh, Patch(piece.face_ids[patch.faces], patch.home)) for patch in patches]
 
 
-def _pages(mesh: TexturedMesh, patches: Sequence[Patch], lay: Lay, area: float) -> _Try:
-    laid = [lay_page(mesh, patch, lay) for patch in patches]
-    pages = [page for page, _, _ in laid]
-    good = sum(good_area(mesh, page) for page in pages) / area
-    return _Try(
-        patches, pages, [flat.method for _, flat, _ in laid], [why for _, _, why in laid], good
-    )
+def _weigh(mesh: TexturedMesh, laid: Sequence[tuple[Page, Flattening, str]], area: float) -> _Try:
+    good = sum(good_area(mesh, page) for page, _, _ in laid) / area
+    return _Try([p for p, _, _ in laid], [f for _, f, _ in laid], [w for _, _, w in laid], good)

@@ -8,9 +8,9 @@ import numpy as np
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import CalibratedImage, GreyImage
-from shapemorph.core.matching import Matches, Warp
+from shapemorph.core.matching import Matches, UnmatchedError, Warp
 from shapemorph.methods.charts.mosaic import PAGE_GAP, page_bounds, page_image
-from shapemorph.methods.warp_renewal import continue_warp
+from shapemorph.methods.warp_renewal import continue_warp, spline_through
 
 NOWHERE = -1e6  # px; where the warp of a page without matches leads
 MARGIN = 8  # nodes around; a spline forgets its border by 0.27 per node
@@ -33,14 +33,14 @@ def match_by_page(match: Matcher, reference: CalibratedImage, deformed: Calibrat
 
     Raises
     ------
-    StageError
+    UnmatchedError
         If no page matches; where some do, the others lose their points.
     """
     if reference.chart.page_count == 1:
         return match(reference.image, deformed.image)
     sides = [page_bounds(image.chart, image.image.shape[1]) for image in (reference, deformed)]
     found: list[Matches | None] = []
-    failures: list[StageError] = []
+    failures: list[UnmatchedError] = []
     for number, (left, right) in enumerate(zip(*sides, strict=True)):
         try:
             found.append(
@@ -49,10 +49,25 @@ def match_by_page(match: Matcher, reference: CalibratedImage, deformed: Calibrat
         except StageError as error:
             _log.warning("chart %d: %s", number, error)
             found.append(None)
-            failures.append(error)
+            failures.append(_on_all_pages(error, left[0], right[0]))
     if not any(found):
-        raise failures[0]
+        raise UnmatchedError(
+            str(failures[0]),
+            np.concatenate([each.reference_px for each in failures]),
+            np.concatenate([each.deformed_px for each in failures]),
+        )
     return bind_matches(found, sides[0], sides[1], (reference.image.shape, deformed.image.shape))
+
+
+def _on_all_pages(error: StageError, left: int, right: int) -> UnmatchedError:
+    """Give the pairs of a failure in px of the whole pictures."""
+    if not isinstance(error, UnmatchedError):
+        return UnmatchedError(str(error), np.empty((0, 2)), np.empty((0, 2)))
+    return UnmatchedError(
+        str(error),
+        error.reference_px + np.array([left, 0.0]),
+        error.deformed_px + np.array([right, 0.0]),
+    )
 
 
 def bind_matches(
@@ -82,6 +97,12 @@ def bind_matches(
     to_right = [np.array([deformed[k][0], 0.0]) for k, _ in known]
     ways = [None if each is None else each.forward for each in found]
     backs = [None if each is None else each.backward for each in found]
+    doubts = [each.doubt for _, each in known if each.doubt]
+    doubts += [
+        f"chart {k} matches nothing: its points are lost"
+        for k, each in enumerate(found)
+        if not each
+    ]
     weights = np.array([len(each.reference_px) for _, each in known])
     return Matches(
         reference_px=_moved([each.reference_px for _, each in known], to_left),
@@ -91,6 +112,7 @@ def bind_matches(
         counts=_summed([each.counts for _, each in known]),
         settled_px=max(each.settled_px for _, each in known),
         residual_px=float(np.average([each.residual_px for _, each in known], weights=weights)),
+        doubt="; ".join(dict.fromkeys(doubts)),
         fold_share=float(np.average([each.fold_share for _, each in known], weights=weights)),
     )
 
@@ -123,7 +145,7 @@ def _bind_warps(
             wider = x[band[0]] + spacing * np.arange(-MARGIN, len(band) + MARGIN)
             nodes = np.stack(np.meshgrid(wider - sources[number][0], y), axis=-1)
             values = continue_warp(warp, nodes.reshape(-1, 2)).reshape(nodes.shape)
-            found = _through(values)[:, MARGIN:-MARGIN]
+            found = spline_through(values)[:, MARGIN:-MARGIN]
             coefficients[:, band] = found + np.array([targets[number][0], 0.0])
     return Warp(coefficients, np.array([x[0], y[0]]), float(spacing))
 
@@ -133,11 +155,3 @@ def _band(x: Floats, sources: Sequence[tuple[int, int]], number: int) -> Ints:
     start = -np.inf if number == 0 else sources[number][0]
     end = np.inf if number == len(sources) - 1 else sources[number][1]
     return np.flatnonzero((x >= start) & (x < end))
-
-
-def _through(targets: Floats) -> Floats:
-    """Coefficients of the spline through an (R, C, 2) grid of targets."""
-    from scipy.ndimage import spline_filter
-
-    parts = [spline_filter(np.ascontiguousarray(targets[..., k]), order=3) for k in range(2)]
-    return np.stack([np.asarray(part, dtype=np.float64) for part in parts], axis=-1)

@@ -56,13 +56,8 @@ class _Places:
         return len(self.reference.face)
 
 
-def corresponding_patches(
-    reference: tuple[TexturedMesh, CalibratedImage],
-    deformed: tuple[TexturedMesh, CalibratedImage],
-    *,
-    ratio: float,
-) -> list[Patch]:
-    """Find for every page of the reference the part of the deformed mesh that shows it.
+class Counterparts:
+    """The deformed surface, asked for its parts that show the pages of a reference.
 
     The pages of both states were made independently. Features of every page of the one
     are matched with those of every page of the other; what lies around the pairs of a
@@ -70,37 +65,67 @@ def corresponding_patches(
 
     Parameters
     ----------
-    reference, deformed : (TexturedMesh, CalibratedImage)
-        The pages of each, side by side.
+    mesh : TexturedMesh
+        Deformed.
+    image : CalibratedImage
+        Its pages, side by side.
     ratio : float
         Of the best to the second best match, see ``match.ratio``.
-
-    Returns
-    -------
-    list of Patch
-        Of faces of the deformed mesh, one for each page; a page without pairs gets the
-        first page of the deformed mesh, where it will match nothing.
     """
-    ours, theirs = _leaves(reference[1], "reference"), _leaves(deformed[1], "deformed")
-    found = list(_match_pages(ours, theirs, ratio))
-    graph = edge_graph(deformed[0].vertices, deformed[0].faces)
-    distances = np.stack([_distance_from(graph, deformed[0], places) for places in found])
-    nearest = distances.min(axis=0)
-    spare = np.unique(take_page(deformed[1], 0).chart.face_ids)
-    patches = []
-    for number, (leaf, places) in enumerate(zip(ours, found, strict=True)):
-        faces = spare
-        if len(places) < LEAST_GROUP:
-            _log.warning("chart %d of the reference matches nothing", number)
-        else:
-            page = np.unique(leaf.image.chart.face_ids)
-            reach, most = _reach(reference[0], page, deformed[0], places)
-            far = distances[number]
-            inside = (far <= reach) | ((far <= nearest) & (far <= most))
-            whole = np.asarray(inside[deformed[0].faces].all(axis=1))
-            faces = np.flatnonzero(_filled(deformed[0], whole))
-        patches.append(Patch(faces, np.ones(len(faces), dtype=bool)))
-    return patches
+
+    def __init__(self, mesh: TexturedMesh, image: CalibratedImage, *, ratio: float) -> None:
+        self.mesh = mesh
+        self._ratio = ratio
+        self._leaves = _leaves(image, "deformed")
+        self._graph = edge_graph(mesh.vertices, mesh.faces)
+        self._features: list[Features | None] = []
+
+    def patches(self, reference: TexturedMesh, image: CalibratedImage) -> list[Patch]:
+        """Find the counterpart of every page of the reference.
+
+        Parameters
+        ----------
+        reference : TexturedMesh
+        image : CalibratedImage
+            Its pages, side by side.
+
+        Returns
+        -------
+        list of Patch
+            Of faces of the deformed mesh, one for each page; a page without pairs gets the
+            first page of the deformed mesh, where it will match nothing.
+        """
+        ours = _leaves(image, "reference")
+        found = list(self._match(ours))
+        distances = np.stack([_distance_from(self._graph, self.mesh, each) for each in found])
+        nearest = distances.min(axis=0)
+        patches = []
+        for number, (leaf, places) in enumerate(zip(ours, found, strict=True)):
+            if len(places) < LEAST_GROUP:
+                _log.warning("chart %d of the reference matches nothing", number)
+                faces = np.unique(self._leaves[0].image.chart.face_ids)
+            else:
+                page = np.unique(leaf.image.chart.face_ids)
+                reach, most = _reach(reference, page, self.mesh, places)
+                far = distances[number]
+                inside = (far <= reach) | ((far <= nearest) & (far <= most))
+                whole = np.asarray(inside[self.mesh.faces].all(axis=1))
+                faces = np.flatnonzero(_filled(self.mesh, whole))
+            patches.append(Patch(faces, np.ones(len(faces), dtype=bool)))
+        return patches
+
+    def _match(self, ours: Sequence[_Leaf]) -> Iterator[_Places]:
+        """Pairs of each page of the reference with all of the deformed."""
+        one = next((leaf.side for leaf in ours if leaf.side), None)
+        other = next((leaf.side for leaf in self._leaves if leaf.side), None)
+        if not (one and other):
+            yield from (_joined([]) for _ in ours)
+            return
+        mine, their = budgets(one, other)
+        self._features = self._features or [_features(leaf, their) for leaf in self._leaves]
+        for leaf in ours:
+            groups = _groups(leaf, _features(leaf, mine), self._leaves, self._features, self._ratio)
+            yield _joined([group for group in groups if len(group) >= LEAST_GROUP])
 
 
 def _leaves(image: CalibratedImage, name: str) -> list[_Leaf]:
@@ -115,20 +140,6 @@ def _side(page: CalibratedImage, name: str) -> Side | None:
     except StageError as error:
         _log.warning("%s", error)
         return None
-
-
-def _match_pages(ours: Sequence[_Leaf], theirs: Sequence[_Leaf], ratio: float) -> Iterator[_Places]:
-    """Pairs of each of our pages with all of theirs."""
-    one = next((leaf.side for leaf in ours if leaf.side), None)
-    other = next((leaf.side for leaf in theirs if leaf.side), None)
-    if not (one and other):
-        yield from (_joined([]) for _ in ours)
-        return
-    mine, their = budgets(one, other)
-    features = [_features(leaf, their) for leaf in theirs]
-    for leaf in ours:
-        groups = _groups(leaf, _features(leaf, mine), theirs, features, ratio)
-        yield _joined([group for group in groups if len(group) >= LEAST_GROUP])
 
 
 def _features(leaf: _Leaf, budget: Budget) -> Features | None:

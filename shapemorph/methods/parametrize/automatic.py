@@ -119,6 +119,7 @@ def flatten_automatically(
     most_lost: float,
     most_anisotropy: float,
     most_reduced: float,
+    made: Flattening | None = None,
 ) -> tuple[Flattening, str]:
     """Take the boundary-first map if it is sound, else the next best.
 
@@ -134,6 +135,8 @@ def flatten_automatically(
     most_reduced : float
         How many times smaller or larger than the median the worst 1 % of the area may be
         shown.
+    made : Flattening, optional
+        The boundary-first map, if it has been made already.
 
     Returns
     -------
@@ -151,8 +154,7 @@ def flatten_automatically(
             refused.append(f"{NAMES[method]}: not tried on more than {MOST_SLIM_FACES} triangles")
             continue
         try:
-            plane = _maker(method)(vertices, faces)
-            flattening = mend_and_judge(vertices, faces, plane, method)
+            flattening = made if made and method == made.method else _make(vertices, faces, method)
         except StageError as error:
             refused.append(str(error))
             continue
@@ -166,14 +168,14 @@ def flatten_automatically(
     return best, _why(best, [*refused, "none is sound, this is the best of them"])
 
 
-def _maker(method: str) -> Maker:
+def _make(vertices: Floats, faces: Ints, method: str) -> Flattening:
     makers: dict[str, Maker] = {
         "bff": parametrise_boundary_first,
         "lscm": parametrise_lscm,
         "slim": parametrise_slim,
         "harmonic": parametrise_on_disk,
     }
-    return makers[method]
+    return mend_and_judge(vertices, faces, makers[method](vertices, faces), method)
 
 
 def _badness(flattening: Flattening, limits: tuple[float, float, float]) -> float:

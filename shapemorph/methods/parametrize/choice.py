@@ -48,6 +48,7 @@ def lay_flat(  # noqa: PLR0913 - one for each choice
     most_lost: float,
     most_anisotropy: float,
     most_reduced: float,
+    made: Flattening | None = None,
 ) -> tuple[Flattening, str]:
     """Flatten one piece by the method that is asked for and say how well it lies.
 
@@ -69,6 +70,8 @@ def lay_flat(  # noqa: PLR0913 - one for each choice
         r, z of a known meridian, mm; None: measured.
     most_lost, most_anisotropy, most_reduced : float
         When ``auto`` takes a map for sound, see :func:`flatten_automatically`.
+    made : Flattening, optional
+        The boundary-first map of this piece, if it has been made already.
 
     Returns
     -------
@@ -95,7 +98,10 @@ def lay_flat(  # noqa: PLR0913 - one for each choice
             most_lost=most_lost,
             most_anisotropy=most_anisotropy,
             most_reduced=most_reduced,
+            made=made,
         )
+    if method == "bff" and made is not None:
+        return _as_asked(made)
     if method == "profile":
         return _lay_by_profile(vertices, faces, axis, centre, meridian, most_lost)
     if method == "spherical":

@@ -3,7 +3,7 @@ import pytest
 
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import CalibratedImage, Chart, GreyImage
-from shapemorph.core.matching import Matches
+from shapemorph.core.matching import Matches, UnmatchedError
 from shapemorph.methods.charts.binding import match_by_page
 from shapemorph.methods.charts.mosaic import page_image
 from shapemorph.methods.warp_fit import fit_warp
@@ -82,11 +82,24 @@ def test_a_page_that_matches_nothing_loses_only_its_own_points():
     targets, _ = warp_points(found.forward, np.array([[50.0, 50.0], [300.0, 50.0]]))
     assert np.abs(targets[0]).max() < 200
     assert np.abs(targets[1]).max() > 1e5
+    assert found.doubt == "chart 1 matches nothing: its points are lost"
 
 
-def test_no_page_matching_is_the_error_of_the_first():
+def test_no_page_matching_shows_what_looked_alike_on_all_pages():
     def fails(left, _):
-        raise StageError(f"nothing on {left.shape[1]}")
+        one = np.array([[3.0, 5.0]])
+        raise UnmatchedError(f"nothing on {left.shape[1]}", one, one + 1)
 
-    with pytest.raises(StageError, match="nothing on 180"):
+    with pytest.raises(UnmatchedError, match="nothing on 180") as caught:
         match_by_page(fails, LEFT, RIGHT)
+    assert caught.value.reference_px.tolist() == [[3, 5], [183, 5]]
+    assert caught.value.deformed_px.tolist() == [[4, 6], [254, 6]]
+
+
+def test_a_blank_page_is_no_error_of_the_others():
+    def blank(left, right):
+        if left.shape[1] > 200:
+            return maps(left, right)
+        raise StageError("blank")
+
+    assert (match_by_page(blank, LEFT, RIGHT).reference_px[:, 0] > 180).all()
