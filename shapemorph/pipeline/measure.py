@@ -7,6 +7,8 @@ from pathlib import Path
 
 from shapemorph.config import RunConfig
 from shapemorph.core.errors import ConfigError
+from shapemorph.core.flattened import FlattenedPair
+from shapemorph.core.image import GreyImage
 from shapemorph.io.safe_files import check_writable, remove_folder
 from shapemorph.io.store import RunStore
 from shapemorph.pipeline.inputs import Inputs
@@ -29,6 +31,7 @@ from shapemorph.pipeline.run import (
     stages_until,
 )
 from shapemorph.pipeline.stagelist import STAGES, sections
+from shapemorph.pipeline.unmatched import showing_failed_match
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +128,8 @@ def measure(
         due = [output for output in plan.due if output.name == "run.yaml"]
         _write(due, run, record, plan, listener)
         with run.drawing(wanted=any(output.name == "figures" for output in plan.due)):
-            run_stages(plan.stages, sections(config), results, store, plan.outdated, listener)
+            with showing_failed_match(folder, lambda: _flattened(results)):
+                run_stages(plan.stages, sections(config), results, store, plan.outdated, listener)
             run.seconds.update(_seconds(store, record))
             run.begin_drawing()
             due = [output for output in plan.due if output.name != "run.yaml"]
@@ -201,6 +205,11 @@ def check_is_run(folder: Path) -> None:
             f"output {folder} holds other files and is no run of shapemorph: choose a new or "
             "empty directory with -o"
         )
+
+
+def _flattened(results: Results) -> tuple[GreyImage, GreyImage]:
+    pair: FlattenedPair = results.load("flatten")
+    return pair.reference.calibrated.image, pair.deformed.calibrated.image
 
 
 def _remove_obsolete(record: OutputRecord, plan: Plan) -> None:

@@ -28,6 +28,7 @@ from shapemorph.pipeline.summary import (
     point_figures,
     run_figures,
 )
+from shapemorph.pipeline.unmatched import showing_failed_match
 from shapemorph.pipeline.verdict import judge
 
 Result = TypeVar("Result")
@@ -82,7 +83,8 @@ def morph_images(
     inputs = _law_inputs(config)
     clock = _Clock(listener)
     left, right = clock.run("read", lambda: _read_pair(reference, deformed, None))
-    matches = clock.run("match", lambda: match(left, right, config.match))
+    with showing_failed_match(folder, lambda: (left, right)):
+        matches = clock.run("match", lambda: match(left, right, config.match))
     warps = clock.run("law", lambda: _both_warps(left, right, matches, inputs, config))
     sequence = clock.run("morph", lambda: make_sequence(left, right, warps, config.morph))
     with scratch_folder(folder) as scratch:
@@ -125,7 +127,8 @@ def correlate_images(
     inputs = _law_inputs(config)
     clock = _Clock(listener)
     left, right = clock.run("read", lambda: _read_pair(reference, deformed, mask))
-    matches = clock.run("match", lambda: match(left, right, config.match))
+    with showing_failed_match(folder, lambda: (left, right)):
+        matches = clock.run("match", lambda: match(left, right, config.match))
     morphed = clock.run("morph", lambda: _morphed(left, right, matches, inputs, config))
     grid = clock.run("correlate", lambda: _correlate(left, right, morphed, config))
     drawn_on = left if config.report.figures else None
