@@ -1,6 +1,7 @@
 """Writing and reading `truth.npz`, and the folder of a synthetic pair."""
 
 import io
+import math
 import tempfile
 import zipfile
 import zlib
@@ -13,6 +14,8 @@ from shapemorph.core.errors import DataError
 from shapemorph.core.synthetic import DamageSpot, SyntheticPair, Truth, TruthPoints
 from shapemorph.core.transform import RigidTransform
 from shapemorph.io.mesh_writers import write_mesh
+
+TABLE_DIGITS = 11  # of the table, relative to the size: the last bits differ between processors
 
 
 def write_pair(folder: Path, pair: SyntheticPair, *, file_format: str) -> list[Path]:
@@ -51,9 +54,11 @@ def write_truth(path: Path, truth: Truth) -> Path:
     Arrays: `shape`, `size`, `offset` (mm), `tilt` (radians), `reference_file_from_body` and
     `deformed_file_from_body` (4, 4), `damage_kind`, `damage_centre`, `damage_radius`; and the
     table, one row a material point: `material` (2), `reference` and `deformed` (3; mm, frames
-    of the files), `E1`, `E2` (Green-Lagrange), `rim_distance`, `kink_distance` (mm), `visible`.
+    of the files), `E1`, `E2` (Green-Lagrange), `rim_distance`, `kink_distance` (mm), `visible`,
+    rounded to 1e-11 (strain) and 1e-11 of the size or finer (mm).
     """
     table = truth.table
+    digits = TABLE_DIGITS - math.floor(math.log10(truth.size))
     _write_arrays(
         path,
         shape=np.array(truth.shape),
@@ -65,13 +70,13 @@ def write_truth(path: Path, truth: Truth) -> Path:
         damage_kind=np.array([spot.kind for spot in truth.damage], dtype="U16"),
         damage_centre=np.array([spot.centre for spot in truth.damage]).reshape(-1, 2),
         damage_radius=np.array([spot.radius for spot in truth.damage], dtype=np.float64),
-        material=table.material,
-        reference=table.reference,
-        deformed=table.deformed,
-        E1=table.e1,
-        E2=table.e2,
-        rim_distance=table.rim_distance,
-        kink_distance=table.kink_distance,
+        material=np.round(table.material, digits),
+        reference=np.round(table.reference, digits),
+        deformed=np.round(table.deformed, digits),
+        E1=np.round(table.e1, TABLE_DIGITS),
+        E2=np.round(table.e2, TABLE_DIGITS),
+        rim_distance=np.round(table.rim_distance, digits),
+        kink_distance=np.round(table.kink_distance, digits),
         visible=table.visible,
     )
     return path

@@ -17,7 +17,8 @@ def test_the_case_is_reproduced_byte_for_byte(tmp_path):
     files = write_case(document.synthesize, tmp_path)
     assert sorted(file.name for file in files) == sorted(file.name for file in CASE.iterdir())
     for file in files:
-        assert file.read_bytes() == (CASE / file.name).read_bytes(), file.name
+        same = file.read_bytes() == (CASE / file.name).read_bytes()
+        assert same, file.name  # not compared here: pytest would diff megabytes for an hour
 
 
 def test_the_case_is_small():

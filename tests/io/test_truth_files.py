@@ -36,7 +36,7 @@ def test_a_truth_read_back_says_the_same(tmp_path, pair):
     assert_allclose(again.deformed, exact.deformed, atol=1e-10)
     assert_allclose(again.e1, exact.e1, atol=1e-10)
     assert np.array_equal(again.visible, exact.visible)
-    assert_allclose(found.table.deformed, pair.truth.table.deformed, rtol=0, atol=0)
+    assert_allclose(found.table.deformed, pair.truth.table.deformed, rtol=0, atol=0.51e-10)
     assert [spot.kind for spot in found.damage] == ["glare", "lost_patch"]
 
 
@@ -49,7 +49,7 @@ def test_the_arrays_are_there_for_those_who_only_have_numpy(tmp_path, pair):
             assert arrays[name].shape == (count,)
         body = arrays["reference"] - arrays["reference_file_from_body"][:3, 3]
         body = body @ arrays["reference_file_from_body"][:3, :3]
-    assert_allclose(body[:, 2], 0, atol=1e-12)  # the membrane was flat
+    assert_allclose(body[:, 2], 0, atol=1e-10)  # the membrane was flat; the table is rounded
 
 
 def test_a_pair_fills_its_folder_and_nothing_else(tmp_path, pair):
