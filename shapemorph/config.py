@@ -253,6 +253,15 @@ class AlignConfig(Section):
     )
     icp_iterations: int = Field(50, ge=1, description="most iterations of ICP")
 
+    @model_validator(mode="after")
+    def _region_has_a_use(self) -> Self:
+        if self.rigid_region is not None and self.method == "landmarks":
+            raise ValueError(
+                "rigid_region is for method icp, landmarks+icp, points or auto, got method "
+                "landmarks, which takes no points of the surface: leave one of the two out"
+            )
+        return self
+
 
 class StrainConfig(Section):
     """Section `strain`: the local fit."""

@@ -111,6 +111,7 @@ def test_help_answers_within_half_a_second_of_processor_time():
         (["report", "."], "run.yaml"),
         (["report", "absent"], "run directory absent was not found"),
         (["report", __file__], "expected the directory of a run, got the file"),
+        (["run", __file__], "expected a YAML file (.yaml, .yml) or the directory of a run"),
         (["run", "absent"], "absent was not found: expected a YAML file"),
     ],
 )

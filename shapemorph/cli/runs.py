@@ -35,6 +35,11 @@ def read_run_config(path: Path, settings: Settings) -> "RunConfig":
         if not (path / "run.yaml").is_file():
             raise ConfigError(f"{path} is no run: expected a directory with run.yaml in it")
         path = path / "run.yaml"
+    elif path.suffix.lower() not in CONFIG_SUFFIXES:
+        raise ConfigError(
+            f"expected a YAML file ({', '.join(CONFIG_SUFFIXES)}) or the directory of a run, got "
+            f"{path}"
+        )
     return read_config(path, RunConfig, settings.set_)
 
 

@@ -72,6 +72,7 @@ def describe_flattening(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
     yield f"anisotropy  median {_number(stretch['median'])}, p99 {_number(stretch['p99'])}"
     yield f"local scale p1 {_number(scale['p1'])}, p99 {_number(scale['p99'])} px/mm"
     yield f"flips       {found['flips']}"
+    yield from (f"cleaned     {note}" for note in summary["inputs"]["notes"])
     yield f"results     {folder}"
 
 

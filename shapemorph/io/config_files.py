@@ -22,6 +22,15 @@ _PLAIN_WORDS = {
     "int_from_float": "expected a whole number",
     "float_parsing": "expected a number",
     "bool_parsing": "expected true or false",
+    "too_short": "expected {min_length} or more entries",
+    "greater_than": "expected more than {gt}",
+    "greater_than_equal": "expected {ge} or more",
+    "less_than": "expected less than {lt}",
+    "less_than_equal": "expected {le} or less",
+    "literal_error": "expected {expected}",
+    "list_type": "expected a list",
+    "tuple_type": "expected a list",
+    "string_type": "expected text",
 }
 
 
@@ -230,7 +239,8 @@ def _problem(problem: Any, at: tuple[str, ...], model: type[BaseModel]) -> str:
     if problem["type"] == "extra_forbidden":
         return f"unknown key {name}; {_suggestion(at, model)}"
     if problem["type"] in _PLAIN_WORDS:
-        return f"{name}: {_PLAIN_WORDS[problem['type']]}, got {problem['input']!r}"
+        words = _PLAIN_WORDS[problem["type"]].format(**problem.get("ctx", {}))
+        return f"{name}: {words}, got {problem['input']!r}"
     reason = str(problem["msg"]).removeprefix("Value error, ")
     reason = reason[:1].lower() + reason[1:]
     if problem["type"] == "value_error":

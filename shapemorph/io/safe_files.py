@@ -6,7 +6,7 @@ import math
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -91,14 +91,28 @@ def scratch_folder(folder: Path) -> Iterator[Path]:
             folder.rmdir()
 
 
-def move_files(source: Path, target: Path) -> list[Path]:
+def move_files(source: Path, target: Path, keep: Sequence[Path] = ()) -> list[Path]:
     """Move every file below `source` to the same place below `target`; return where they are.
 
-    Both lie on one file system; each file is replaced whole.
+    Both lie on one file system; each file is replaced whole. None is moved if one would
+    take the place of a file of `keep`.
+
+    Raises
+    ------
+    ConfigError
+        If it would.
     """
+    files = {path: target / path.relative_to(source) for path in source.rglob("*")}
+    files = {path: place for path, place in sorted(files.items()) if path.is_file()}
+    kept = {path.resolve() for path in keep}
+    lost = [place for place in files.values() if place.resolve() in kept]
+    if lost:
+        raise ConfigError(
+            f"output {target}: {lost[0].name} would be written over the one that was read: choose "
+            "another directory with -o"
+        )
     moved = []
-    for path in sorted(p for p in source.rglob("*") if p.is_file()):
-        place = target / path.relative_to(source)
+    for path, place in files.items():
         place.parent.mkdir(parents=True, exist_ok=True)
         os.replace(path, place)  # noqa: PTH105 - the one call that is named in the promise
         moved.append(place)

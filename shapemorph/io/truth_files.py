@@ -15,6 +15,7 @@ from shapemorph.core.synthetic import DamageSpot, SyntheticPair, Truth, TruthPoi
 from shapemorph.core.transform import RigidTransform
 from shapemorph.io.mesh_writers import write_mesh
 
+TRUTH = "truth.npz"
 TABLE_DIGITS = 11  # of the table, relative to the size: the last bits differ between processors
 
 
@@ -40,7 +41,7 @@ def write_pair(folder: Path, pair: SyntheticPair, *, file_format: str) -> list[P
             room = Path(temporary)
             files = write_mesh(room / f"reference.{file_format}", pair.reference)
             files += write_mesh(room / f"deformed.{file_format}", pair.deformed)
-            files.append(write_truth(room / "truth.npz", pair.truth))
+            files.append(write_truth(room / TRUTH, pair.truth))
             return [file.replace(folder / file.name) for file in files]
     except OSError as problem:
         raise DataError(

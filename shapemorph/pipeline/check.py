@@ -22,11 +22,9 @@ def check_inputs(config: RunConfig) -> dict[str, Any]:
     """
     inputs = Inputs(config)
     files = inputs.files()
-    inputs.check_landmarks()
+    inputs.check_beside_meshes()
     reports = inputs.load("reports")
     landmarks = inputs.load("landmarks")
-    for source in ("region", "rigid_region", "meridian"):
-        inputs.load(source)
     return {
         "files": [str(path) for path in files],
         "inputs": asdict(reports),

@@ -94,18 +94,27 @@ class Inputs:
                 raise DataError(f"{path} does not exist: expected a file")
         return (*meshes, *others)
 
-    def check_landmarks(self) -> None:
-        """Refuse landmarks that can carry no rigid motion, and what no law can use, at once.
+    def check_beside_meshes(self) -> None:
+        """Read all but the meshes, so that what is wrong with it shows before any work.
 
         Raises
         ------
+        ConfigError
+            If landmarks are needed and none are given.
         DataError
-            If they cannot be read, are fewer than three, lie on one line or are mirrored;
-            or if a file of a morph law is missing or not what it should be.
+            If a mask, a meridian or a file of a morph law is missing or not what it should
+            be; if landmarks cannot be read, are fewer than three, lie on one line or are
+            mirrored.
         """
-        self.load("all_law_inputs")
-        landmarks = self.load("landmarks")
+        for source in ("region", "rigid_region", "meridian", "all_law_inputs"):
+            self.load(source)
+        landmarks, method = self.load("landmarks"), self._config.align.method
         if landmarks is None:
+            if "landmarks" in method:
+                raise ConfigError(
+                    f"align.method {method} needs landmarks, got none: set inputs.landmarks, or "
+                    "choose points"
+                )
             return
         from shapemorph.methods.rigid import fit_rigid, refuse_mirrored
 

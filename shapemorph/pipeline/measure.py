@@ -14,6 +14,7 @@ from shapemorph.io.store import RunStore
 from shapemorph.pipeline.inputs import Inputs
 from shapemorph.pipeline.outputs import (
     OUTPUTS,
+    RECORD,
     Finished,
     Output,
     OutputRecord,
@@ -121,8 +122,9 @@ def measure(
     if not plan.outdated and not plan.due:
         return _outcome(folder, plan)
     if plan.outdated:
-        inputs.check_landmarks()
+        inputs.check_beside_meshes()
     with _clean_start(folder, store):
+        record.open()
         _remove_obsolete(record, plan)
         run = Finished(config, folder, results, {})
         due = [output for output in plan.due if output.name == "run.yaml"]
@@ -200,7 +202,7 @@ def check_is_run(folder: Path) -> None:
     """
     entries = {entry.name for entry in folder.iterdir()} if folder.is_dir() else set()
     foreign = {name for name in entries if not name.startswith(".partial-")}
-    if foreign and not foreign & {"run.yaml", "outputs.json"}:
+    if foreign and RECORD not in foreign:
         raise ConfigError(
             f"output {folder} holds other files and is no run of shapemorph: choose a new or "
             "empty directory with -o"

@@ -34,6 +34,7 @@ def flatten_one(
         Nothing is written then.
     """
     from shapemorph.io.calibrated_files import write_calibrated
+    from shapemorph.io.mesh_sources import mesh_sources
     from shapemorph.io.mesh_writers import write_mesh
     from shapemorph.io.meshes import read_mesh
     from shapemorph.methods.picture_texture import wear_picture
@@ -43,6 +44,7 @@ def flatten_one(
     check_writable(folder)
     listener(Event("flatten", "started"))
     begin = time.perf_counter()
+    sources = mesh_sources(path)
     mesh, report = read_mesh(path, unit=config.inputs.units)
     surface = flatten_mesh(mesh, config.flatten, _meridian(config))
     seconds = time.perf_counter() - begin
@@ -61,7 +63,7 @@ def flatten_one(
         if config.report.figures:
             write_distortion_figure(path.stem, surface, scratch)
         write_json(scratch / "summary.json", sections)
-        return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
+        return PictureOutcome(folder, tuple(move_files(scratch, folder, sources)), sections)
 
 
 def distortion_figures(surface: FlattenedSurface) -> dict[str, Any]:

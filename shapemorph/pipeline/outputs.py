@@ -20,7 +20,7 @@ from shapemorph.pipeline.run import Event, Listener, Results
 if TYPE_CHECKING:
     from shapemorph.view.shape_process import ShapeProcess
 
-_RECORD = "outputs.json"
+RECORD = "outputs.json"
 
 Pictures = list[tuple[str, bytes]]
 
@@ -190,12 +190,17 @@ class OutputRecord:
     """What was written into a run, and from what."""
 
     def __init__(self, folder: Path) -> None:
-        self._path = folder / _RECORD
+        self._path = folder / RECORD
         self._folder = folder
         try:
             self._entries: dict[str, Any] = json.loads(self._path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             self._entries = {}
+
+    def open(self) -> None:
+        """Make the file of the record, which tells a run from any other folder."""
+        if not self._path.is_file():
+            write_json(self._path, self._entries)
 
     def is_current(self, name: str, wanted: str) -> bool:
         """Tell whether an output was made from this recipe and all its files are there."""

@@ -95,7 +95,8 @@ def morph_images(
             **run_figures(clock.seconds),
         }
         write_json(scratch / "summary.json", sections)
-        return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
+        files = move_files(scratch, folder, (reference, deformed))
+        return PictureOutcome(folder, tuple(files), sections)
 
 
 def correlate_images(
@@ -136,7 +137,8 @@ def correlate_images(
         clock.run("write", lambda: _write_correlation(scratch, grid, drawn_on))
         sections = _summarise(left, grid, matches, config, clock)
         write_json(scratch / "summary.json", sections)
-        return PictureOutcome(folder, tuple(move_files(scratch, folder)), sections)
+        files = move_files(scratch, folder, [reference, deformed, *([mask] if mask else [])])
+        return PictureOutcome(folder, tuple(files), sections)
 
 
 def _law_inputs(config: RunConfig) -> LawInputs:

@@ -5,6 +5,7 @@ from pathlib import Path
 from pydantic import Field
 
 from shapemorph.config import Section, SynthesizeConfig
+from shapemorph.core.errors import ConfigError
 from shapemorph.io.safe_files import check_writable
 
 
@@ -20,10 +21,17 @@ def write_case(config: SynthesizeConfig, folder: Path) -> list[Path]:
     Raises
     ------
     ConfigError
-        If the folder cannot be written or the case is impossible.
+        If the folder cannot be written, holds meshes of another origin, or the case is
+        impossible.
     """
-    from shapemorph.io.truth_files import write_pair
+    from shapemorph.io.truth_files import TRUTH, write_pair
     from shapemorph.stages.synthesize import synthesize
 
     check_writable(folder)
+    meshes = sorted((*folder.glob("reference.*"), *folder.glob("deformed.*")))
+    if meshes and not (folder / TRUTH).is_file():
+        raise ConfigError(
+            f"output {folder} holds {meshes[0].name} and is no synthetic case: choose another "
+            "directory with -o"
+        )
     return write_pair(folder, synthesize(config), file_format=config.format)

@@ -78,7 +78,16 @@ def test_an_empty_file_is_the_defaults(tmp_path):
         ("strain: {window: wide}\n", r"strain\.window: expected a whole number, got 'wide'"),
         ("strain: 5\n", r"strain: expected a section of keys, got 5"),
         ("strain: {window: 4}\n", r"strain: window must be odd, got 4"),
-        ("flatten: {method: arapp}\n", r"flatten\.method: input should be 'auto'.* got 'arapp'"),
+        ("flatten: {method: arapp}\n", r"flatten\.method: expected 'auto'.* got 'arapp'"),
+        ("strain: {window: 1}\n", r"strain\.window: expected 3 or more, got 1"),
+        (
+            "inputs: {region: {polygon: [[0, 0], [9, 9]]}}\n",
+            r"polygon: expected 3 or more entries, got",
+        ),
+        (
+            "align: {method: landmarks, rigid_region: {centre: [0, 0, 0], radius: 1}}\n",
+            r"rigid_region is for method icp.*got method landmarks",
+        ),
         ("strain: {window: 5}\nstrain: {window: 7}\n", r"line 2: strain is given twice"),
         ("strain: [\n", r"is not YAML: .*line"),
         ("- a\n- b\n", r"expected sections .* got list"),

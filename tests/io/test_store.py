@@ -164,6 +164,18 @@ def test_a_scratch_folder_takes_an_unused_home_along(tmp_path):
     assert [path.name for path in (tmp_path / "home").iterdir()] == ["deep"]
 
 
+def test_what_was_read_is_never_written_over(tmp_path):
+    (tmp_path / "scan.png").write_text("mine")
+    (tmp_path / "link").symlink_to(tmp_path)
+    with scratch_folder(tmp_path) as scratch:
+        (scratch / "a.vti").touch()
+        (scratch / "scan.png").touch()
+        with pytest.raises(ConfigError, match=r"scan\.png would be written over"):
+            move_files(scratch, tmp_path, [tmp_path / "link" / "scan.png"])
+    assert (tmp_path / "scan.png").read_text() == "mine"
+    assert not (tmp_path / "a.vti").exists()
+
+
 def test_json_has_null_where_there_is_no_number(tmp_path):
     write_json(tmp_path / "a.json", {"a": float("nan"), "b": [float("inf"), 1], "c": (2.5,)})
     assert json.loads((tmp_path / "a.json").read_text()) == {"a": None, "b": [None, 1], "c": [2.5]}

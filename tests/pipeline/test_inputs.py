@@ -146,4 +146,20 @@ def test_landmarks_that_carry_nothing_are_refused_before_anything_is_measured(
     path = tmp_path / "landmarks.csv"
     path.write_text("name,ref_x,ref_y,ref_z,def_x,def_y,def_z\n" + rows)
     with pytest.raises(DataError, match=says):
-        _inputs(*pair, landmarks=str(path)).check_landmarks()
+        _inputs(*pair, landmarks=str(path)).check_beside_meshes()
+
+
+@pytest.mark.parametrize("method", ["landmarks", "landmarks+icp"])
+def test_a_method_that_needs_landmarks_is_refused_without_before_anything_is_measured(pair, method):
+    document = {
+        "inputs": {"reference": str(pair[0]), "deformed": str(pair[1])},
+        "align": {"method": method},
+    }
+    with pytest.raises(ConfigError, match=r"needs landmarks, got none: set inputs\.landmarks"):
+        Inputs(RunConfig.model_validate(document)).check_beside_meshes()
+
+
+def test_a_mask_that_is_no_picture_is_refused_before_anything_is_measured(pair, tmp_path):
+    (tmp_path / "mask.png").write_text("white")
+    with pytest.raises(DataError, match=r"mask\.png"):
+        _inputs(*pair, region={"mask": str(tmp_path / "mask.png")}).check_beside_meshes()

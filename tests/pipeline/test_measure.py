@@ -218,6 +218,14 @@ def test_somebodys_folder_is_left_alone(workshop):
     assert [path.name for path in workshop.run_folder.iterdir()] == ["thesis.tex"]
 
 
+def test_a_configuration_of_the_name_of_ours_is_left_alone(workshop):
+    workshop.run_folder.mkdir()
+    (workshop.run_folder / "run.yaml").write_text("# written by hand")
+    with pytest.raises(ConfigError, match="no run of shapemorph"):
+        workshop.measure()
+    assert (workshop.run_folder / "run.yaml").read_text() == "# written by hand"
+
+
 def test_files_that_are_not_ours_survive_in_a_run(workshop):
     workshop.measure()
     (workshop.run_folder / "notes.md").write_text("mine")

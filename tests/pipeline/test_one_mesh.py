@@ -1,11 +1,13 @@
 """`flatten MESH`: every file that it writes, and every way to ask for a method."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from shapemorph.cli.words import describe_flattening
 from shapemorph.config import RunConfig, SynthesizeConfig
 from shapemorph.core.errors import ConfigError
 from shapemorph.io.config_files import check_config
@@ -108,3 +110,21 @@ def test_the_content_of_the_meridian_is_part_of_the_recipe(shell, tmp_path):
     other, in_mm = mark("d.csv", "r,z\n0,1\n2,0\n", units="cm")
     assert other != one
     np.testing.assert_allclose(in_mm, 10 * points)
+
+
+def test_the_texture_of_the_mesh_is_never_written_over(shell):
+    picture = shell.with_suffix(".png")
+    before = {path.name: path.read_bytes() for path in shell.parent.iterdir()}
+    with pytest.raises(ConfigError, match=rf"{picture.name} would be written over"):
+        _flatten(shell, shell.parent, "report.figures=false")
+    assert {path.name: path.read_bytes() for path in shell.parent.iterdir()} == before
+
+
+def test_what_was_cleaned_is_told(shell, tmp_path):
+    mesh = tmp_path / "in" / "odd.obj"
+    shutil.copytree(shell.parent, mesh.parent)
+    text = shell.read_text()
+    mesh.write_text(f"{text}v 900 0 0\nv 901 0 0\nv 900 1 0\nf -3/1 -2/2 -1/3\n")
+    outcome = _flatten(mesh, tmp_path / "out", "report.figures=false")
+    told = "\n".join(describe_flattening(outcome.folder, outcome.summary))
+    assert "1 faces of the others were dropped" in told

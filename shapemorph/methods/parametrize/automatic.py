@@ -60,8 +60,8 @@ class Flattening:
         return (
             f"{NAMES[self.method]}: {self.flips} flipped triangles{mended}, "
             f"{100 * self.overlap_share:.2g} % overlap, stretched by less than "
-            f"{self.anisotropy:.3g} : 1 on 99 % of the area, its scale within a factor of "
-            f"{self.reduced:.3g} of the median"
+            f"{self.anisotropy:.2f} : 1 on 99 % of the area, its scale within a factor of "
+            f"{self.reduced:.2f} of the median"
         )
 
 
