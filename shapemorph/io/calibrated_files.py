@@ -7,7 +7,7 @@ import numpy as np
 from shapemorph.core.image import CalibratedImage
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.io.images import write_grey_png
-from shapemorph.io.safe_files import whole_file
+from shapemorph.io.vtk_files import write_image_data
 from shapemorph.methods.charts.mosaic import take_page
 from shapemorph.methods.surface_lookup import pixel_positions
 
@@ -51,11 +51,6 @@ def write_calibrated(stem: Path, mesh: TexturedMesh, image: CalibratedImage) -> 
 
 
 def _write_vti(path: Path, mesh: TexturedMesh, image: CalibratedImage) -> None:
-    import pyvista
-
-    height, width = image.image.shape
-    spacing = 1.0 / image.chart.px_per_mm
-    grid = pyvista.ImageData(dimensions=(width, height, 1), spacing=(spacing, spacing, spacing))
     mask = image.image.mask
     places = pixel_positions(mesh, image)
     face = np.where(mask, image.chart.face_ids[image.triangle], -1).astype(np.int32)
@@ -66,9 +61,10 @@ def _write_vti(path: Path, mesh: TexturedMesh, image: CalibratedImage) -> None:
         "Z": places[..., 2],
         "face": face,
     }
-    for name, values in arrays.items():
-        grid.point_data[name] = values[::-1].ravel()
-    grid.field_data["px_per_mm"] = np.array([image.chart.px_per_mm])
-    grid.field_data["length_unit"] = np.array(["mm"])
-    with whole_file(path) as partial:
-        grid.save(partial, compression="lz4")  # zlib takes ten times as long
+    write_image_data(
+        path,
+        image.image.shape,
+        1.0 / image.chart.px_per_mm,
+        {name: values[::-1] for name, values in arrays.items()},
+        {"px_per_mm": image.chart.px_per_mm, "length_unit": "mm"},
+    )

@@ -13,7 +13,7 @@ from shapemorph.core.measurement import Measurement
 from shapemorph.io.coloured_glb import write_coloured_glb
 from shapemorph.io.quantities import INTEGER_COLUMNS, QUANTITIES, REFERENCE, Quantity
 from shapemorph.io.safe_files import whole_file
-from shapemorph.io.vtk_ranges import drop_nan_ranges
+from shapemorph.io.vtk_files import write_surface
 
 _MILLIMETRES_PER_METRE = 1000.0
 _UNITS = "mm"
@@ -47,17 +47,7 @@ def write_measurement(folder: Path, measurement: Measurement, config: str) -> li
 
 def write_vtp(path: Path, measurement: Measurement, fields: dict[str, str]) -> None:
     """Write points, quads, point arrays and field data for ParaView and scripts."""
-    import pyvista
-
-    quads = np.insert(measurement.cells, 0, 4, axis=1).ravel()
-    surface = pyvista.PolyData(measurement.reference, faces=quads if len(quads) else None)
-    for name, values in measurement.arrays.items():
-        surface.point_data.set_array(values, name)
-    for name, text in fields.items():
-        surface.add_field_data([text], name)
-    with whole_file(path) as partial:
-        surface.save(partial, binary=True)
-        drop_nan_ranges(partial)
+    write_surface(path, measurement.reference, measurement.cells, measurement.arrays, fields)
 
 
 def read_vtp(path: Path) -> tuple[Measurement, dict[str, str]]:

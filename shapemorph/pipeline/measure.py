@@ -22,6 +22,7 @@ from shapemorph.pipeline.outputs import (
     write_output,
 )
 from shapemorph.pipeline.run import (
+    Event,
     Listener,
     Results,
     Stage,
@@ -131,9 +132,16 @@ def measure(
         _write(due, run, record, plan, listener)
         with run.drawing(wanted=any(output.name == "figures" for output in plan.due)):
             with showing_failed_match(folder, lambda: _flattened(results)):
-                run_stages(plan.stages, sections(config), results, store, plan.outdated, listener)
+                run_stages(
+                    plan.stages,
+                    sections(config),
+                    results,
+                    store,
+                    plan.outdated,
+                    _drawing_too(run, listener),
+                )
             run.seconds.update(_seconds(store, record))
-            run.begin_drawing()
+            run.all_reached()
             due = [output for output in plan.due if output.name != "run.yaml"]
             _write(due, run, record, plan, listener)
     return _outcome(folder, plan)
@@ -158,7 +166,7 @@ def report(config: RunConfig, folder: Path, *, listener: Listener) -> Outcome:
     run = Finished(config, folder, Results(inputs, store, STAGES), _seconds(store, record))
     remade = [output for output in OUTPUTS if output.name in ("figures", "summary", "report")]
     with run.drawing(wanted=True):
-        run.begin_drawing()
+        run.all_reached()
         _write(remade, run, record, plan, listener)
     names = tuple(output.name for output in remade)
     return Outcome(folder, (), tuple(stage.name for stage in STAGES), names)
@@ -207,6 +215,17 @@ def check_is_run(folder: Path) -> None:
             f"output {folder} holds other files and is no run of shapemorph: choose a new or "
             "empty directory with -o"
         )
+
+
+def _drawing_too(run: Finished, listener: Listener) -> Listener:
+    """Tell of every stage that is up to date not only who watches but what draws."""
+
+    def told(event: Event) -> None:
+        listener(event)
+        if event.state != "started":
+            run.reached(event.name)
+
+    return told
 
 
 def _flattened(results: Results) -> tuple[GreyImage, GreyImage]:

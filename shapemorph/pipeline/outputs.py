@@ -14,15 +14,14 @@ from shapemorph.core.measurement import Measurement
 from shapemorph.core.results import RunResults
 from shapemorph.io.config_files import config_text
 from shapemorph.io.safe_files import move_files, scratch_folder, write_json
+from shapemorph.pipeline.drawing import Drawing
 from shapemorph.pipeline.fingerprints import code_fingerprint, fingerprint
 from shapemorph.pipeline.run import Event, Listener, Results
 
 if TYPE_CHECKING:
-    from shapemorph.view.shape_process import ShapeProcess
+    from shapemorph.view.drawing_process import Pictures
 
 RECORD = "outputs.json"
-
-Pictures = list[tuple[str, bytes]]
 
 
 class Finished:
@@ -35,29 +34,33 @@ class Finished:
         self.folder = folder
         self.results = results
         self.seconds = dict(seconds)
-        self._shapes: ShapeProcess | None = None
+        self._drawing: Drawing | None = None
 
     @contextmanager
     def drawing(self, *, wanted: bool) -> Iterator[None]:
-        """Load what draws the shapes beside the run, if figures are wanted."""
+        """Load what draws beside the run, if figures are wanted."""
         if not (wanted and self.config.report.figures):
             yield
             return
-        from shapemorph.view.shape_process import ShapeProcess
+        from shapemorph.view.drawing_process import DrawingProcess
 
-        with ShapeProcess() as self._shapes:
+        with DrawingProcess() as process:
+            self._drawing = Drawing(self.results, process)
             yield
 
-    def begin_drawing(self) -> None:
-        """Hand the shapes to the process that draws them, if there is one."""
-        if self._shapes:
-            from shapemorph.view.shapes import shapes_of
+    def reached(self, stage: str) -> None:
+        """Draw what shows a stage, now that it is up to date, if figures are wanted."""
+        if self._drawing:
+            self._drawing.reached(stage)
 
-            self._shapes.begin(shapes_of(self.nouns()))
+    def all_reached(self) -> None:
+        """Draw all that is left, now that every stage is up to date, if figures are wanted."""
+        if self._drawing:
+            self._drawing.all_reached(self.nouns())
 
-    def drawn(self) -> Pictures:
-        """Wait for the figures of the shapes."""
-        return self._shapes.finish() if self._shapes else []
+    def drawn(self) -> "Pictures":
+        """Wait for the figures."""
+        return self._drawing.finish() if self._drawing else []
 
     @functools.cached_property
     def measurement(self) -> Measurement:
@@ -140,15 +143,8 @@ def _write_measurement(run: Finished, folder: Path) -> None:
 def _write_figures(run: Finished, folder: Path) -> None:
     if not run.config.report.figures:
         return
-    from shapemorph.view.figures import encoded, write_flat_figures, write_pictures
+    from shapemorph.view.figures import write_pictures
 
-    write_flat_figures(run.nouns(), folder / "figures")
-    spread = run.results.load("spread")
-    if len(spread.laws) > 1:
-        from shapemorph.view.laws import laws_figure
-
-        picture = iter([("morph_laws", laws_figure(run.nouns(), spread))])
-        write_pictures(encoded(picture), folder / "figures")
     write_pictures(run.drawn(), folder / "figures")
 
 

@@ -5,10 +5,15 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from shapemorph.core.flattened import FlattenedSurface
+from shapemorph.core.flattened import FlattenedPair, FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
+from shapemorph.core.laws import LawSpread
+from shapemorph.core.matching import Matches
+from shapemorph.core.measurement import Measurement
+from shapemorph.core.morphed import Morphed
 from shapemorph.core.results import RunResults
+from shapemorph.view.laws import laws_figure
 from shapemorph.view.maps import (
     correlation_figure,
     distortion_figure,
@@ -21,18 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Named = Iterator[tuple[str, "Figure"]]
-
-
-def write_flat_figures(results: RunResults, folder: Path) -> None:
-    """Draw all figures of a measurement but those of its shapes; needs no OpenGL.
-
-    Parameters
-    ----------
-    results : RunResults
-    folder : Path
-        Made where it is missing.
-    """
-    write_pictures(encoded(_flat_figures(results)), folder)
 
 
 def write_planar_figures(grid: CorrelationGrid, reference: GreyImage, folder: Path) -> None:
@@ -61,15 +54,35 @@ def write_pictures(pictures: Iterable[tuple[str, bytes]], folder: Path) -> None:
         (folder / f"{name}.png").write_bytes(content)
 
 
-def _flat_figures(results: RunResults) -> Named:
-    """Draw one after the other, so that only one is held at a time."""
-    pair, reference = results.pair, results.pair.reference.calibrated.image
-    yield "histograms", histograms_figure(results.measurement)
+def flattening_figures(pair: FlattenedPair) -> Named:
+    """Draw what the flattening of both shapes did."""
+    yield "flattening", distortion_figure(pair)
+
+
+def matching_figures(pair: FlattenedPair, matches: Matches) -> Named:
+    """Draw what was matched."""
     yield (
         "matches",
-        matches_figure(results.matches, reference, pair.deformed.calibrated.image),
+        matches_figure(matches, pair.reference.calibrated.image, pair.deformed.calibrated.image),
     )
-    both = reference.mask & results.morphed.image.mask
-    yield "morph", morph_figure(reference, results.morphed.image, both)
-    yield "correlation", correlation_figure(results.grid, reference)
-    yield "flattening", distortion_figure(pair)
+
+
+def morph_figures(pair: FlattenedPair, morphed: Morphed) -> Named:
+    """Draw the morphed picture beside the reference."""
+    reference = pair.reference.calibrated.image
+    yield "morph", morph_figure(reference, morphed.image, reference.mask & morphed.image.mask)
+
+
+def correlation_figures(pair: FlattenedPair, grid: CorrelationGrid) -> Named:
+    """Draw the field that the correlation found."""
+    yield "correlation", correlation_figure(grid, pair.reference.calibrated.image)
+
+
+def histogram_figures(measurement: Measurement) -> Named:
+    """Draw how status, ZNCC and strain are spread over the points."""
+    yield "histograms", histograms_figure(measurement)
+
+
+def law_figures(results: RunResults, spread: LawSpread) -> Named:
+    """Draw the morph laws of a run beside the one that was found."""
+    yield "morph_laws", laws_figure(results, spread)

@@ -9,11 +9,20 @@ from PIL import Image
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.view.captions import CAPTIONS
-from shapemorph.view.figures import write_flat_figures, write_pictures, write_planar_figures
+from shapemorph.view.drawing_process import DrawingProcess
+from shapemorph.view.figures import (
+    correlation_figures,
+    encoded,
+    flattening_figures,
+    histogram_figures,
+    matching_figures,
+    morph_figures,
+    write_pictures,
+    write_planar_figures,
+)
 from shapemorph.view.maps import grid_extent
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.plots import even_selection
-from shapemorph.view.shape_process import draw_shapes
 from shapemorph.view.shapes import shape_figures, shapes_of
 from shapemorph.view.style import STATUS_COLOURS
 
@@ -27,8 +36,10 @@ def drawn(results, tmp_path_factory):
     if NO_GL:
         pytest.skip("libEGL or libGL is missing: `make setup` says how")
     folder = tmp_path_factory.mktemp("run") / "figures"
-    write_flat_figures(results, folder)
-    write_pictures(draw_shapes(shapes_of(results)), folder)
+    write_pictures(_flat(results), folder)
+    with DrawingProcess() as process:
+        process.draw_shapes(shapes_of(results))
+        write_pictures(process.finish(), folder)
     return sorted(folder.iterdir())
 
 
@@ -52,10 +63,23 @@ def test_planar_figures_need_no_opengl(results, tmp_path):
     assert {colour: count for count, colour in colours}[tuple(lost)] > 3000
 
 
-def test_flat_figures_need_no_cells(results, tmp_path):
-    write_flat_figures(dataclasses.replace(results, measurement=_bare(results)), tmp_path)
-    names = {path.stem for path in tmp_path.iterdir()}
-    assert names == {"histograms", "matches", "morph", "correlation", "flattening"}
+def _flat(results):
+    yield from encoded(flattening_figures(results.pair))
+    yield from encoded(matching_figures(results.pair, results.matches))
+    yield from encoded(morph_figures(results.pair, results.morphed))
+    yield from encoded(correlation_figures(results.pair, results.grid))
+    yield from encoded(histogram_figures(results.measurement))
+
+
+def test_flat_figures_need_no_cells(results):
+    bare = dataclasses.replace(results, measurement=_bare(results))
+    assert {name for name, _ in _flat(bare)} == {
+        "histograms",
+        "matches",
+        "morph",
+        "correlation",
+        "flattening",
+    }
 
 
 def test_a_measurement_without_cells_has_no_shapes_to_draw(results):

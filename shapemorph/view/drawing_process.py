@@ -1,4 +1,4 @@
-"""A process of its own that draws the shapes while the run goes on.
+"""A process of its own that draws while the run goes on.
 
 Opening a window off screen and loading what draws takes longer than the drawing, and a
 fault of a graphics driver ends a process: both are better had beside the run than in it.
@@ -6,26 +6,36 @@ fault of a graphics driver ends a process: both are better had beside the run th
 
 import os
 import pickle
+import queue
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import TracebackType
-from typing import IO, Any, Self
+from typing import IO, TYPE_CHECKING, Any, Self
 
 from shapemorph.core.errors import ShapemorphError, StageError
-from shapemorph.view.figures import encoded
+from shapemorph.view.figures import Named, encoded
 from shapemorph.view.shapes import Shapes, shape_figures
 
+if TYPE_CHECKING:
+    from shapemorph.view.render import Scene
+
 Pictures = list[tuple[str, bytes]]
+_Job = tuple[Callable[..., Named], tuple[Any, ...], bool]
+"""What makes figures, of which nouns, and whether it needs a scene as well."""
 
 
-class ShapeProcess:
-    """Draws the figures of the shapes; starts to load at once, in a ``with`` block."""
+class DrawingProcess:
+    """Draws figures in the order in which they are asked for, in a ``with`` block.
+
+    It starts to load what draws at once.
+    """
 
     def __init__(self) -> None:
-        self._sender: threading.Thread | None = None
+        self._jobs: queue.SimpleQueue[_Job | None] = queue.SimpleQueue()
+        self._sender = threading.Thread(target=self._send, daemon=True)
         try:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", __name__],
@@ -34,7 +44,8 @@ class ShapeProcess:
                 process_group=0 if os.name == "posix" else None,
             )
         except OSError as error:
-            raise StageError(f"could not start Python to draw the shapes: {error}") from error
+            raise StageError(f"could not start Python to draw: {error}") from error
+        self._sender.start()
 
     def __enter__(self) -> Self:
         return self
@@ -47,19 +58,28 @@ class ShapeProcess:
     ) -> None:
         self._process.kill()
         self._process.wait()
-        if self._sender:
-            self._sender.join()
+        self._jobs.put(None)
+        self._sender.join()
         for stream in (self._process.stdin, self._process.stdout):
             with suppress(OSError):
                 stream.close()  # type: ignore[union-attr]
 
-    def begin(self, shapes: Shapes) -> None:
-        """Hand over what is to be drawn and return at once."""
-        self._sender = threading.Thread(target=self._send, args=(shapes,), daemon=True)
-        self._sender.start()
+    def draw(self, figures: Callable[..., Named], *nouns: object) -> None:
+        """Ask for the figures that a function makes of some nouns and return at once.
+
+        Parameters
+        ----------
+        figures : callable
+            Of a module; called there with the nouns.
+        """
+        self._jobs.put((figures, nouns, False))
+
+    def draw_shapes(self, shapes: Shapes) -> None:
+        """Ask for the figures of the shapes and return at once."""
+        self._jobs.put((shape_figures, (shapes,), True))
 
     def finish(self) -> Pictures:
-        """Wait for the figures.
+        """Wait for all figures that were asked for.
 
         Returns
         -------
@@ -72,11 +92,12 @@ class ShapeProcess:
             Off-screen rendering gives nothing, or ended the process.
         """
         assert self._process.stdout is not None
+        self._jobs.put(None)
         content = self._process.stdout.read()
         code = self._process.wait()
         if not content:
             raise StageError(
-                f"the process that draws the shapes ended with code {code}: run `shapemorph "
+                f"the process that draws ended with code {code}: run `shapemorph "
                 "doctor` to see what is missing, or set report.figures to false"
             )
         answer = pickle.loads(content)
@@ -85,44 +106,44 @@ class ShapeProcess:
         pictures: Pictures = answer
         return pictures
 
-    def _send(self, shapes: Shapes) -> None:
-        """Write to the process; one that has ended is noticed in `finish`."""
+    def _send(self) -> None:
+        """Pass on what is asked for; a process that has ended is noticed in `finish`."""
         assert self._process.stdin is not None
         with suppress(OSError):
-            pickle.dump(shapes, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
-            self._process.stdin.flush()
-
-
-def draw_shapes(shapes: Shapes) -> Pictures:
-    """Draw the figures of the shapes in a process of its own and wait for them.
-
-    Raises
-    ------
-    StageError
-        Off-screen rendering gives nothing, or ended the process.
-    """
-    with ShapeProcess() as process:
-        process.begin(shapes)
-        return process.finish()
+            while job := self._jobs.get():
+                pickle.dump(job, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+                self._process.stdin.flush()
+            self._process.stdin.close()
 
 
 def _main(source: IO[bytes], sink: IO[bytes]) -> None:
-    """Load what draws, then wait for shapes and answer with figures or an error."""
+    """Load what draws, then answer what is asked for with figures or an error."""
     answer: Any
     try:
-        import matplotlib.figure  # noqa: F401 (to have it when the shapes come)
+        import matplotlib.figure  # noqa: F401 (to have it when the nouns come)
 
         from shapemorph.view.render import Scene
 
         with Scene() as scene:
-            answer = list(encoded(shape_figures(pickle.load(source), scene)))
-    except (EOFError, pickle.UnpicklingError):
-        return  # the run has ended before it had shapes to draw
+            answer = [picture for job in _jobs(source) for picture in encoded(_figures(job, scene))]
+    except pickle.UnpicklingError:
+        return  # the run has ended while it asked
     except ShapemorphError as error:
         answer = error
     with suppress(BrokenPipeError):
         pickle.dump(answer, sink)
         sink.flush()
+
+
+def _jobs(source: IO[bytes]) -> Iterator[_Job]:
+    with suppress(EOFError):
+        while True:
+            yield pickle.load(source)
+
+
+def _figures(job: _Job, scene: "Scene") -> Named:
+    figures, nouns, with_scene = job
+    return figures(*nouns, scene) if with_scene else figures(*nouns)
 
 
 @contextmanager
