@@ -49,8 +49,7 @@ def _rim(faces: Ints) -> tuple[Ints, Ints]:
     """Edges that belong to one triangle only, and that triangle."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     owner = np.tile(np.arange(len(faces)), 3)
-    low, high = np.sort(edges, axis=1).T
-    key = low * (faces.max() + 1) + high
+    key = edges.min(axis=1) * (faces.max() + 1) + edges.max(axis=1)
     _, first, count = np.unique(key, return_index=True, return_counts=True)
     alone = first[count == 1]
     return edges[alone], owner[alone]

@@ -6,7 +6,6 @@ from scipy import sparse
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.methods.least_squares import fit_operators
-from shapemorph.methods.vertex_normals import vertex_normals
 
 _MOST_NEIGHBOURS = 60  # of three rings in a regular mesh there are 36
 _WORST_CONDITION = 1e9
@@ -14,7 +13,7 @@ _CUBIC_TERMS = 10
 _SMOOTHEST, _SMOOTHEST_NORMAL = 0.2, -0.8416  # quantile, and that of the unit normal
 
 
-def vertex_noise(vertices: Floats, faces: Ints, *, samples: int) -> float:
+def vertex_noise(vertices: Floats, faces: Ints, normals: Floats, *, samples: int) -> float:
     """Estimate the standard deviation of one coordinate of a vertex.
 
     Around a sample of vertices a cubic is fitted to the heights of three rings of
@@ -28,6 +27,8 @@ def vertex_noise(vertices: Floats, faces: Ints, *, samples: int) -> float:
     vertices : (V, 3)
         mm.
     faces : (F, 3)
+    normals : (V, 3)
+        Unit normals of the vertices, calmed over about two edges.
     samples : int
         Vertices to look at, spread evenly over their numbers.
 
@@ -39,7 +40,6 @@ def vertex_noise(vertices: Floats, faces: Ints, *, samples: int) -> float:
         the mesh is too small to tell.
     """
     chosen = np.unique(np.linspace(0, len(vertices) - 1, min(samples, len(vertices))).astype(int))
-    normals = vertex_normals(vertices, faces, passes=2)
     chosen = chosen[np.isfinite(normals[chosen]).all(axis=1)]
     rings = _three_rings(faces, len(vertices), chosen)
     variances = _residual_variances(vertices, normals, chosen, rings)

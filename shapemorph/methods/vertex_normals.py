@@ -4,6 +4,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.image import SurfacePoints
+from shapemorph.kernels.facing import face_normals, gather_normals, spread_normals
 
 
 def vertex_normals(vertices: Floats, faces: Ints, *, passes: int) -> Floats:
@@ -23,13 +24,14 @@ def vertex_normals(vertices: Floats, faces: Ints, *, passes: int) -> Floats:
         Unit normals, to the side from which faces are counter-clockwise; NaN for
         vertices without a face of non-zero area.
     """
-    corners = vertices[faces]
-    crossed = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(crossed, axis=1, keepdims=True)
-    normals = _unit(_gathered(crossed, faces, len(vertices)))
+    corners = np.ascontiguousarray(vertices, dtype=np.float64)
+    triangles = np.ascontiguousarray(faces, dtype=np.int64)
+    of_faces, normals = np.empty((len(faces), 3)), np.empty((len(vertices), 3))
+    face_normals(corners, triangles, of_faces)
+    gather_normals(of_faces, triangles, normals)
     for _ in range(passes):
-        of_faces = area * _unit(np.nan_to_num(normals)[faces].sum(axis=1))
-        normals = _unit(_gathered(np.nan_to_num(of_faces), faces, len(vertices)))
+        spread_normals(normals, triangles, of_faces)
+        gather_normals(of_faces, triangles, normals)
     return normals
 
 
@@ -52,15 +54,6 @@ def normals_at(normals: Floats, faces: Ints, points: SurfacePoints) -> Floats:
     at_corners = normals[faces[np.where(found, points.face, 0)]]
     mixed = np.einsum("nk,nka->na", points.barycentric, at_corners)
     return np.where(found[:, None], _unit(mixed), np.nan)
-
-
-def _gathered(of_faces: Floats, faces: Ints, count: int) -> Floats:
-    """Sum a vector of every face into its three vertices."""
-    columns = [
-        np.bincount(faces.ravel(), weights=np.repeat(of_faces[:, axis], 3), minlength=count)
-        for axis in range(3)
-    ]
-    return np.stack(columns, axis=1)
 
 
 def _unit(vectors: Floats) -> Floats:

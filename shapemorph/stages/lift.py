@@ -63,7 +63,14 @@ def lift(
             f"expected grid points with a place on both surfaces, got none: "
             f"{count_statuses(status)}: raise lift.max_extrapolation_px, or look at the matches"
         )
-    noise = np.array([_noise_of(reference_mesh), _noise_of(deformed_mesh)])
+    meshes = (reference_mesh, deformed_mesh)
+    normals = [vertex_normals(m.vertices, m.faces, passes=_NORMAL_PASSES) for m in meshes]
+    noise = np.array(
+        [
+            vertex_noise(mesh.vertices, mesh.faces, facing, samples=_NOISE_SAMPLES)
+            for mesh, facing in zip(meshes, normals, strict=True)
+        ]
+    )
     shape = grid.status.shape
     lost = (status != PointStatus.OK).ravel()
     sigma_mesh = _sigma_mesh(reference, deformed, grid, noise)
@@ -81,8 +88,10 @@ def lift(
     return TrackedSurface(
         reference=positions(reference_mesh, before).reshape(*shape, 3),
         deformed=_without(positions(deformed_mesh, after), lost).reshape(*shape, 3),
-        reference_normal=_normals(reference_mesh, before).reshape(*shape, 3),
-        deformed_normal=_without(_normals(deformed_mesh, after), lost).reshape(*shape, 3),
+        reference_normal=normals_at(normals[0], reference_mesh.faces, before).reshape(*shape, 3),
+        deformed_normal=_without(normals_at(normals[1], deformed_mesh.faces, after), lost).reshape(
+            *shape, 3
+        ),
         sigma_position=_without(sigma, lost).reshape(shape),
         status=status,
         mesh_noise=noise,
@@ -105,15 +114,6 @@ def _fates(grid: CorrelationGrid, before: SurfacePoints, after: SurfacePoints) -
 
 def _without(values: Floats, lost: Bools) -> Floats:
     return np.where(lost if values.ndim == 1 else lost[:, None], np.nan, values)
-
-
-def _normals(mesh: TexturedMesh, points: SurfacePoints) -> Floats:
-    normals = vertex_normals(mesh.vertices, mesh.faces, passes=_NORMAL_PASSES)
-    return normals_at(normals, mesh.faces, points)
-
-
-def _noise_of(mesh: TexturedMesh) -> float:
-    return vertex_noise(mesh.vertices, mesh.faces, samples=_NOISE_SAMPLES)
 
 
 def _sigma_mesh(
