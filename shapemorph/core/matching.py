@@ -54,6 +54,8 @@ class Matches:
         Share of the covered area where the warp turns the picture over; 0 when sound.
     doubt : str
         Why the matches may be wrong although they agree with each other; empty when sound.
+    manner : str
+        What had to be done to find the first pairs; empty the usual way.
     """
 
     reference_px: Floats
@@ -65,6 +67,7 @@ class Matches:
     residual_px: float
     fold_share: float
     doubt: str = ""
+    manner: str = ""
 
     def __post_init__(self) -> None:
         if self.reference_px.shape != self.deformed_px.shape:

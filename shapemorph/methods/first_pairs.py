@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import GreyImage
 from shapemorph.methods.consistency import consistent_pairs, frame_support
@@ -218,19 +218,49 @@ def pair_features(ours: Features, theirs: Features, *, std: float, ratio: float)
     ratio : float
         Largest allowed distance of the best descriptor over that of the second best.
     """
-    i, j = match_descriptors(ours, theirs, ratio=ratio, apart=SAME_PLACE * std)
-    source, target = ours.points[i], theirs.points[j]
+    found = voted_pairs(ours, theirs, std=std, ratio=ratio)
+    source, target = ours.points[found.i], theirs.points[found.j]
     alike = np.stack([source, target], axis=1)
-    counts = {"features_reference": len(ours), "features_deformed": len(theirs), "matched": len(i)}
-    frames = theirs.frames[j] @ np.linalg.inv(ours.frames[i])
-    support = frame_support(
-        source, target, frames, neighbours=NEIGHBOURS[0], relative=0.25, absolute=2 * std
-    )
-    source, target = source[support >= SUPPORT], target[support >= SUPPORT]
+    counts = {"features_reference": len(ours), "features_deformed": len(theirs)}
+    counts["matched"] = len(found.i)
+    good = found.support >= SUPPORT
+    source, target = source[good], target[good]
     counts["voted"] = len(source)
     good = consistent_pairs(source, target, neighbours=NEIGHBOURS[1], tolerance=std, cap=3 * std)
     counts["consistent"] = int(good.sum())
     return FirstPairs(source[good], target[good], counts, alike)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VotedPairs:
+    """Features that look alike, and what their neighbours say.
+
+    Attributes
+    ----------
+    i, j : (N,) int64
+        Rows of the two sets of features.
+    support : (N,) float64
+        Share of the neighbours that agree about the local map; from 0.25 it counts.
+    """
+
+    i: Ints
+    j: Ints
+    support: Floats
+
+
+def voted_pairs(ours: Features, theirs: Features, *, std: float, ratio: float) -> VotedPairs:
+    """Match features of two pictures and let neighbours vote; see :func:`pair_features`."""
+    i, j = match_descriptors(ours, theirs, ratio=ratio, apart=SAME_PLACE * std)
+    frames = theirs.frames[j] @ np.linalg.inv(ours.frames[i])
+    support = frame_support(
+        ours.points[i],
+        theirs.points[j],
+        frames,
+        neighbours=NEIGHBOURS[0],
+        relative=0.25,
+        absolute=2 * std,
+    )
+    return VotedPairs(i, j, support)
 
 
 def _measure_once(image: GreyImage, light: int, window: float, name: str) -> Side:

@@ -19,6 +19,7 @@ from shapemorph.methods.first_pairs import (
     pair_features,
     side_features,
 )
+from shapemorph.methods.simulated_views import simulated_pairs
 from shapemorph.methods.views import SHARP, Softness
 
 _log = logging.getLogger(__name__)
@@ -140,6 +141,7 @@ def _attempts(sides: Sides, images: tuple[GreyImage, GreyImage], ratio: float) -
         yield _attempt(sides, way, ratio)
     fine = _measured(measure_fine_side, *images)
     yield _attempt(fine, _Way("fine detail", (SHARP, SHARP)), ratio)
+    yield Start(*sides, *simulated_pairs(*sides, ratio=ratio), "simulated views")
 
 
 def _soft_ways(sides: Sides) -> Iterator[_Way]:

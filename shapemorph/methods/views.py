@@ -76,7 +76,7 @@ def round_views(
     low, high = np.zeros(2), np.array([width - 1.0, height - 1.0])
     std = std / np.hypot(1.0, softness.wanted)
     if is_uniform(field):
-        views = [_view(pattern, rounding(field.median, std), (low, high), 0.0)]
+        views = [view_of(pattern, rounding(field.median, std), (low, high), 0.0)]
         return [_softened(view, softness, std) for view in views if view is not None]
     across, down = (max(1, round(v / (TILE * field.std))) for v in (width, height))
     views = []
@@ -85,7 +85,7 @@ def round_views(
             corner = np.array([i / across, j / down]) * high
             opposite = np.array([(i + 1) / across, (j + 1) / down]) * high
             local = rounding(field.mean_over(corner, opposite), std)
-            views.append(_view(pattern, local, (corner, opposite), OVERLAP * field.std))
+            views.append(view_of(pattern, local, (corner, opposite), OVERLAP * field.std))
     return [_softened(view, softness, std) for view in views if view is not None]
 
 
@@ -105,7 +105,7 @@ def measure_in_view(pattern: Pattern, matrix: Floats, *, window: float) -> Speck
         Of the picture itself, not of the view; None where there is no pattern.
     """
     corner = np.array(pattern.shape[::-1]) - 1.0
-    view = _view(pattern, matrix, (np.zeros(2), corner), 0.0)
+    view = view_of(pattern, matrix, (np.zeros(2), corner), 0.0)
     if view is None:
         return None
     seen = Pattern(
@@ -166,7 +166,7 @@ def _softened(view: View, softness: Softness, std: float) -> View:
     return View(grey, view.mask, view.matrix)
 
 
-def _view(
+def view_of(
     pattern: Pattern, rounded: Floats, core: tuple[Floats, Floats], overlap: float
 ) -> View | None:
     """See the core rectangle and some overlap through the map; features only in the core.

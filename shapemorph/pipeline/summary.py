@@ -119,6 +119,7 @@ def matching_figures(matches: Matches) -> dict[str, Any]:
         "settled_px": matches.settled_px,
         "fold_share": matches.fold_share,
         "doubt": matches.doubt,
+        "manner": matches.manner or "features of round speckle",
     }
 
 

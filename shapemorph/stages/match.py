@@ -38,6 +38,7 @@ FIRST_RADIUS, RADIUS = 4.5, 2.2
 SEARCH_STRIDE = 1.3
 LEAST_INSIDE, LEAST_ZNCC = 0.4, 0.6
 LEAST_FOUND = 0.15  # share of the searched grid points, else the warp is not believed
+SCATTER, MOST_SCATTER = 0.3, 1.0  # px about the warp: more is doubted, more is not believed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +110,7 @@ def _extend(start: Start, config: MatchConfig) -> Matches:
         _log.info("round %d: %d pairs, moved %.3f px", number + 1, len(pairs.source), settled)
         if number > 0 and settled < config.settle_px:
             break
-    return _finish(left, right, pairs, settled)
+    return _finish(start, pairs, settled)
 
 
 def _first_warp(start: Start, config: MatchConfig) -> _Pairs:
@@ -228,9 +229,20 @@ def _refusal(what: str, counts: dict[str, int]) -> str:
     return f"the two pictures could not be matched: {what} ({steps})"
 
 
-def _finish(left: Side, right: Side, pairs: _Pairs, settled: float) -> Matches:
+def _finish(start: Start, pairs: _Pairs, settled: float) -> Matches:
     """Fit the way back and say how sound the result is."""
-    forward = pairs.fit.warp
+    left, right, forward = start.left, start.right, pairs.fit.warp
+    residual = float(np.median(pairs.fit.left_out))
+    if residual > MOST_SCATTER:
+        raise StageError(_too_few(f"the pairs scatter by {residual:.1f} px", pairs.counts))
+    repeat = doubt_of_repeat(
+        left.pattern,
+        right.pattern,
+        forward,
+        pairs.source,
+        _grid_search(left, forward, first=True),
+        left.std,
+    )
     _targets, gradient = warp_points(forward, pairs.source)
     growth = float(np.sqrt(np.median(np.abs(np.linalg.det(gradient)))))
     backward = _fit(
@@ -243,14 +255,17 @@ def _finish(left: Side, right: Side, pairs: _Pairs, settled: float) -> Matches:
         backward=backward.warp,
         counts=pairs.counts,
         settled_px=settled,
-        residual_px=float(np.median(pairs.fit.left_out)),
-        doubt=doubt_of_repeat(
-            left.pattern,
-            right.pattern,
-            forward,
-            pairs.source,
-            _grid_search(left, forward, first=True),
-            left.std,
-        ),
+        residual_px=residual,
+        doubt="; ".join(each for each in (repeat, _doubt_of_scatter(residual)) if each),
         fold_share=fold_share(forward, left.pattern.mask, pairs.source, reach=forward.spacing),
+        manner=start.manner,
+    )
+
+
+def _doubt_of_scatter(residual: float) -> str:
+    if residual <= SCATTER:
+        return ""
+    return (
+        f"the pattern holds the pairs only to {residual:.1f} px, as long grain or coarse clouds "
+        "do: a finer pattern is needed for more"
     )

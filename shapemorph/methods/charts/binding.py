@@ -113,6 +113,7 @@ def bind_matches(
         settled_px=max(each.settled_px for _, each in known),
         residual_px=float(np.average([each.residual_px for _, each in known], weights=weights)),
         doubt="; ".join(dict.fromkeys(doubts)),
+        manner="; ".join(dict.fromkeys(each.manner for _, each in known if each.manner)),
         fold_share=float(np.average([each.fold_share for _, each in known], weights=weights)),
     )
 
