@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats, Greys, Ints
+from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.view.camera import Frame, View, fit_frame
@@ -21,6 +21,8 @@ Pixels = np.ndarray[tuple[int, int, int], np.dtype[np.uint8]]
 _WINDOW, _EGL = "VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow"
 MAX_TEXTURE = 2048
 """Larger textures are reduced to this width: pictures of shapes are smaller still."""
+FINEST = 1200
+"""Texels along the size of a shape that a picture of it can show; more are averaged."""
 LIFT_SHARE = 0.01
 """The bare surface lies this share of its size behind the measured one, so that they do not
 shimmer through each other; in parallel projection that moves nothing sideways."""
@@ -139,14 +141,14 @@ class Scene:
         """Add a surface of triangles or quads with a colour per point, to be painted."""
         surface = _polydata(points, cells)
         surface["colour"] = np.zeros((len(points), 3), dtype=np.uint8)
-        self._plotter.add_mesh(surface, scalars="colour", rgb=True, **_matt(smooth=True))
+        self._add_mesh(surface, scalars="colour", rgb=True, smooth_shading=True)
         self._corners.append(points[np.unique(cells)])
         return Painter(surface)
 
     def add_bare(self, points: Floats, faces: Ints) -> None:
         """Add a surface of triangles in plain grey, behind everything else and not framed."""
         surface = _polydata(points, faces)
-        self._bare = self._plotter.add_mesh(surface, color=BARE, **_matt(smooth=True))
+        self._bare = self._add_mesh(surface, color=BARE, smooth_shading=True)
 
     def add_textured(self, mesh: TexturedMesh) -> None:
         """Add a mesh with its own grey pattern."""
@@ -158,7 +160,7 @@ class Scene:
             surface["grey"] = np.repeat((255 * mesh.corner_grey.reshape(-1, 1)), 3, axis=1).astype(
                 np.uint8
             )
-            self._plotter.add_mesh(surface, scalars="grey", rgb=True, **_matt(smooth=False))
+            self._add_mesh(surface, scalars="grey", rgb=True)
             return
         for index, texture in enumerate(mesh.textures):
             chosen = mesh.face_texture == index
@@ -168,7 +170,15 @@ class Scene:
                     triangles[: np.count_nonzero(chosen)],
                 )
                 surface.active_texture_coordinates = mesh.wedge_uv[chosen].reshape(-1, 2)
-                self._plotter.add_mesh(surface, texture=_texture(texture), **_matt(smooth=False))
+                shown = reduced(texture, _longest(mesh, chosen, texture))
+                self._add_mesh(surface, texture=_texture(shown))
+
+    def _add_mesh(self, surface: Any, **look: Any) -> Any:
+        """Add a surface to the scene; light shows its form and changes colours little."""
+        light = {"ambient": 0.75, "diffuse": 0.25, "specular": 0.0, "smooth_shading": False}
+        return self._plotter.add_mesh(
+            surface, show_scalar_bar=False, render=False, **(light | look)
+        )
 
     def frame(self, view: View, *, width: int, height: int) -> Frame:
         """Choose the window of at most the given size, px, that all but the bare surface fills."""
@@ -209,15 +219,16 @@ class Painter:
         self._surface.Modified()
 
 
-def _matt(*, smooth: bool) -> dict[str, Any]:
-    """Light that shows the form and changes colours little."""
-    return {
-        "ambient": 0.75,
-        "diffuse": 0.25,
-        "specular": 0.0,
-        "smooth_shading": smooth,
-        "show_scalar_bar": False,
-    }
+def _longest(mesh: TexturedMesh, chosen: Bools, texture: Greys) -> int:
+    """Width, px, to which a texture may be reduced before a picture of the mesh shows it."""
+    corners, uv = mesh.vertices[mesh.faces[chosen]], mesh.wedge_uv[chosen]
+    sides, flat = corners[:, 1:] - corners[:, :1], uv[:, 1:] - uv[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    share = 0.5 * np.abs(np.linalg.det(flat)).sum()
+    if not (area > 0 and share > 0):
+        return MAX_TEXTURE
+    texels_across = mesh.size * np.sqrt(share * texture.size / area)
+    return min(MAX_TEXTURE, int(np.ceil(max(texture.shape) * FINEST / texels_across)))
 
 
 def _polydata(points: Floats, cells: Ints) -> Any:
@@ -229,7 +240,7 @@ def _polydata(points: Floats, cells: Ints) -> Any:
 def _texture(grey: Greys) -> Any:
     """Make the VTK texture of a grey picture, smooth where it is drawn smaller."""
     pyvista = import_pyvista()
-    levels = np.clip(255 * reduced(grey, MAX_TEXTURE) + 0.5, 0, 255).astype(np.uint8)
+    levels = np.clip(255 * grey + 0.5, 0, 255).astype(np.uint8)
     texture = pyvista.Texture(np.repeat(levels[..., None], 3, axis=2))
     texture.interpolate = True
     texture.mipmap = True
