@@ -110,22 +110,38 @@ def check_positions(vertices: Floats, rows: Ints, *, name: str) -> None:
             f"{name}: expected faces of vertices 0 to {len(vertices) - 1}, got "
             f"{low if low < 0 else high}: the file is damaged, export it again"
         )
-    used = vertices[rows]
+    refers = np.zeros(len(vertices), dtype=np.bool_)
+    refers[rows] = True
+    used = vertices[refers]
     lost = ~(np.abs(used) < _FARTHEST).all(axis=1)
     if lost.any():
+        numbers = np.flatnonzero(refers)[lost] + 1
         raise DataError(
             f"{name}: expected finite positions, got NaN, infinity or a huge number in "
-            f"{len(np.unique(rows[lost]))} vertices (first: number {rows[np.argmax(lost)] + 1}): "
+            f"{len(numbers)} vertices (first: number {numbers[0]}): "
             "remove them before the export"
         )
     if not np.ptp(used, axis=0).max() > _SMALLEST:
         raise DataError(f"{name}: expected a surface with a size, got all vertices at one point")
 
 
-def cut_polygons(positions: Floats, sizes: Ints, *, name: str) -> tuple[Ints, Ints]:
-    """Cut polygons into triangles as :func:`~shapemorph.methods.polygons.triangulate` does."""
+def cut_polygons(vertices: Floats, rows: Ints, sizes: Ints, *, name: str) -> tuple[Ints, Ints]:
+    """Cut polygons into triangles as :func:`~shapemorph.methods.polygons.triangulate` does.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+    rows : (N,)
+        Vertices of all corners, polygon after polygon.
+    sizes : (P,)
+        Corners of each polygon.
+    name : str
+        What messages call the file.
+    """
+    if (sizes == 3).all():
+        return np.arange(len(rows)).reshape(-1, 3), np.arange(len(sizes))
     try:
-        return triangulate(positions, sizes)
+        return triangulate(vertices[rows], sizes)
     except DataError as error:
         raise DataError(f"{name}: {error}") from None
 

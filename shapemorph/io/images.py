@@ -20,7 +20,6 @@ PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".webp", "
 
 _MAX_PIXELS = 1 << 29
 _MAX_PIXELS_PER_BYTE = 5000  # the best that deflate or run lengths do on real formats
-_ROWS_AT_ONCE = 512
 _TIFF_MARKS = (b"II", b"MM")
 _OTHER_MARKS = (b"\x89PNG", b"\xff\xd8", b"BM", b"RIFF")  # PNG, JPEG, BMP, WebP
 _EXPECTED = "PNG, TIFF, JPEG, BMP, WebP or TGA"
@@ -278,13 +277,11 @@ def _unit_range(values: np.ndarray[Any, Any], name: str) -> tuple[Greys, tuple[s
 
 
 def _luma(values: np.ndarray[Any, Any], floor: float, full: float) -> Greys:
-    """Rec. 709 luma, scaled so that floor..full is 0..1; in strips to bound the memory."""
-    grey = np.empty(values.shape[:2], dtype=np.float32)
-    weights = LUMA / (full - floor)
-    for top in range(0, len(values), _ROWS_AT_ONCE):
-        strip = values[top : top + _ROWS_AT_ONCE].astype(np.float64) - floor
-        levels = strip @ weights if strip.ndim == 3 else strip / (full - floor)
-        grey[top : top + _ROWS_AT_ONCE] = np.clip(levels, 0.0, 1.0)
+    """Rec. 709 luma, scaled so that floor..full is 0..1."""
+    from shapemorph.kernels.luma import mix_channels
+
+    weights = np.ones(1) if values.ndim == 2 else LUMA
+    grey: Greys = mix_channels(values.reshape(*values.shape[:2], -1), weights, floor, full)
     return grey
 
 

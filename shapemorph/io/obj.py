@@ -34,7 +34,7 @@ def read_obj(path: Path) -> FileMesh:
     uv = read_texture_coordinates(lines)
     polygons = read_polygons(lines)
     check_positions(vertices, polygons.vertex, name=path.name)
-    corners, polygon = cut_polygons(vertices[polygons.vertex], polygons.sizes, name=path.name)
+    corners, polygon = cut_polygons(vertices, polygons.vertex, polygons.sizes, name=path.name)
     faces = polygons.vertex[corners]
     split = int((polygons.sizes > 3).sum())
     mesh = bare_mesh(vertices, faces, file_format="OBJ", polygons_split=split)
@@ -121,8 +121,10 @@ def _with_materials(
         scale[k], offset[k] = material.scale, material.offset
         notes += [note] if note else []
     textures, decoding = load_textures(list(paths))
-    with np.errstate(over="ignore"):  # infinite ones are refused later
-        uv = wedge_uv * scale[face_name][:, None] + offset[face_name][:, None]
+    uv = wedge_uv
+    if (scale != 1.0).any() or offset.any():
+        with np.errstate(over="ignore"):  # infinite ones are refused later
+            uv = wedge_uv * scale[face_name][:, None] + offset[face_name][:, None]
     clamped = any(m is not None and m.clamp for m in used)
     wrap: Wrap = "clamp" if clamped else "repeat"
     skinned = mesh.textured(uv, texture_of[face_name], textures, wrap)

@@ -5,16 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import DataError
 from shapemorph.io.mtl import decode_text
-from shapemorph.io.text_numbers import (
-    Bytes,
-    NotANumberError,
-    parse_floats,
-    parse_values,
-    token_starts,
-)
+from shapemorph.io.text_numbers import NotANumberError, parse_corners, parse_lines
+from shapemorph.kernels.number_text import Bytes, lines_with
+
+_COMMENT = ord("#")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,40 +21,32 @@ class ObjLines:
     Attributes
     ----------
     name : str
-    data : bytes
+    text : bytes
         Ends with a line break; lines begin with their keyword.
     start, end : (L,) int64
         First byte of each line, and its line break.
     """
 
     name: str
-    data: bytes
+    text: bytes
     start: Ints
     end: Ints
 
+    @property
+    def data(self) -> Bytes:
+        """The text as numbers (B,)."""
+        return np.frombuffer(self.text, dtype=np.uint8)
+
     def rows(self, keyword: bytes) -> Ints:
         """Lines that begin with a keyword and a blank."""
-        data = np.frombuffer(self.data, dtype=np.uint8)
-        rows = np.flatnonzero(self.end - self.start > len(keyword))
-        for place, letter in enumerate(keyword):
-            rows = rows[data[self.start[rows] + place] == letter]
-        return rows[data[self.start[rows] + len(keyword)] <= ord(" ")]
-
-    def block(self, rows: Ints, keyword: bytes) -> bytes:
-        """Text of the given lines without their keyword and comments."""
-        length = self.end - self.start + 1
-        chosen = np.zeros(len(length), dtype=np.bool_)
-        chosen[rows] = True
-        text = np.frombuffer(self.data, dtype=np.uint8)[np.repeat(chosen, length)]
-        begin = np.cumsum(length[rows]) - length[rows]
-        for place in range(len(keyword)):
-            text[begin + place] = ord(" ")
-        joined = text.tobytes()
-        return re.sub(rb"#[^\n]*", b"", joined) if b"#" in joined else joined
+        rows: Ints = lines_with(
+            self.data, self.start, self.end, np.frombuffer(keyword, dtype=np.uint8)
+        )
+        return rows
 
     def statement(self, row: int, keyword: str) -> str:
         """Return what follows the keyword on one line."""
-        return decode_text(self.data[self.start[row] : self.end[row]])[len(keyword) :].strip()
+        return decode_text(self.text[self.start[row] : self.end[row]])[len(keyword) :].strip()
 
     def problem(self, row: int, message: str) -> DataError:
         """Make an error that names a line."""
@@ -93,7 +82,8 @@ def cut_lines(data: bytes, name: str) -> ObjLines:
         text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"\\\n" in text:
         text = text.replace(b"\\\n", b" ")
-    text += b"\n"
+    if not text.endswith(b"\n"):
+        text += b"\n"
     start, end = _line_ends(text)
     first = np.frombuffer(text, dtype=np.uint8)[start]
     if ((first == ord(" ")) | (first == ord("\t"))).any():
@@ -130,9 +120,10 @@ def read_texture_coordinates(lines: ObjLines) -> Floats:
 def read_polygons(lines: ObjLines) -> Polygons:
     """Faces with indices resolved to rows; lines with less than three corners are left out."""
     rows = lines.rows(b"f")
-    block = lines.block(rows, b"f")
     try:
-        vertex, uv, sizes = _corner_indices(block)
+        vertex, uv, sizes = parse_corners(
+            lines.data, lines.start[rows] + 1, lines.end[rows], comment=_COMMENT
+        )
     except NotANumberError as error:
         message = f"expected corners v, v/vt, v//vn or v/vt/vn, got {error.token!r}"
         raise lines.problem(int(rows[error.line]), message) from None
@@ -158,7 +149,8 @@ def _table(lines: ObjLines, keyword: bytes, fewest: int) -> tuple[Floats, Ints]:
     if len(rows) == 0:
         return np.zeros(0), np.zeros(0, dtype=np.int64)
     try:
-        values, counts = parse_floats(lines.block(rows, keyword))
+        begin = lines.start[rows] + len(keyword)
+        values, counts = parse_lines(lines.data, begin, lines.end[rows], comment=_COMMENT)
     except NotANumberError as error:
         message = f"expected numbers after {keyword.decode()}, got {error.token!r}"
         raise lines.problem(int(rows[error.line]), message) from None
@@ -168,45 +160,6 @@ def _table(lines: ObjLines, keyword: bytes, fewest: int) -> tuple[Floats, Ints]:
         message = f"expected {fewest} or more numbers after {keyword.decode()}, got {counts[row]}"
         raise lines.problem(int(rows[row]), message)
     return values, counts
-
-
-def _corner_indices(block: bytes) -> tuple[Ints, Ints, Ints]:
-    """Vertex and vt numbers of every corner as written (vt 0 for none), and corners per line."""
-    data = np.frombuffer(block, dtype=np.uint8)
-    solid = (data > ord(" ")) & (data != ord("/"))
-    begins = solid.copy()
-    begins[1:] &= ~solid[:-1]
-    number_at = np.flatnonzero(begins)
-    values = parse_values(block.replace(b"/", b" "), np.int64, len(number_at))
-
-    corner_starts = token_starts(data)
-    corner_at = np.flatnonzero(corner_starts)
-    opens = corner_starts[number_at]
-    field = _fields(data, number_at, opens)
-    odd = np.flatnonzero(data[corner_at] == ord("/"))
-    if len(odd) or field.max(initial=0) > 2:
-        place = corner_at[odd[0]] if len(odd) else number_at[np.argmax(field)]
-        raise NotANumberError(block.count(b"\n", 0, int(place)), "a misplaced slash")
-    uv = np.zeros(len(corner_at), dtype=np.int64)
-    second = field == 1
-    uv[(np.cumsum(opens) - 1)[second]] = values[second]
-    breaks = np.flatnonzero(data == ord("\n"))
-    return values[opens], uv, np.diff(np.searchsorted(corner_at, breaks), prepend=0)
-
-
-def _fields(data: Bytes, number_at: Ints, opens: Bools) -> Ints:
-    """Slashes between the begin of its corner and each number (3 or more: misplaced)."""
-    step = np.ones(len(number_at), dtype=np.int8)
-    slash = data[number_at - 2] == ord("/")
-    step += slash
-    step += slash & (data[number_at - 3] == ord("/"))
-    step[opens] = 0
-    # Two numbers may follow the first of a corner; a third already adds up to 3 or more.
-    within = ~opens[1:]
-    field = step.copy()
-    field[1:] += step[:-1] * within
-    field[2:] += step[:-2] * (within[1:] & within[:-1])
-    return field.astype(np.int64)
 
 
 def _resolved(lines: ObjLines, keyword: bytes, written: Ints, line: Ints) -> Ints:

@@ -107,7 +107,7 @@ def _triangles(path: Path, vertices: Floats, column: Column) -> tuple[FileMesh, 
     kept = np.flatnonzero(np.repeat(column.counts >= 3, column.counts))
     check_positions(vertices, index[kept], name=path.name)
     sizes = column.counts[polygons]
-    corners, polygon = cut_polygons(vertices[index[kept]], sizes, name=path.name)
+    corners, polygon = cut_polygons(vertices, index[kept], sizes, name=path.name)
     rows = kept[corners]
     split = int((column.counts > 3).sum())
     mesh = bare_mesh(vertices, index[rows], file_format="PLY", polygons_split=split)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shapemorph.core.arrays import Ints
 from shapemorph.core.errors import DataError
 from shapemorph.io.mtl import decode_text
-from shapemorph.io.text_numbers import NotANumberError, parse_values, tokens_per_line
+from shapemorph.io.text_numbers import NotANumberError, parse_floats
 
 _LONGEST_HEADER = 1 << 20
 _TYPES = {
@@ -205,8 +205,7 @@ def _with_property(element: PlyElement, words: list[str], order: str) -> PlyElem
 def _text_body(data: bytes, header: PlyHeader, name: str) -> _TextBody:
     block = data[header.body :]
     try:
-        expected = int(tokens_per_line(block).sum())
-        return _TextBody(parse_values(block, np.float64, expected))
+        return _TextBody(parse_floats(block)[0])
     except NotANumberError as error:
         raise DataError(
             f"{name}, line {header.lines + 1 + error.line}: expected numbers, got {error.token!r}"

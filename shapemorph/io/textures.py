@@ -158,9 +158,12 @@ def _check_uv(uv: Floats, name: str) -> None:
 
 def _beyond(uv: Floats, slack: Floats) -> Bools:
     """Faces with a corner more than half a texel outside the picture."""
-    low, high = uv.min(axis=1), uv.max(axis=1)
-    outside: Bools = ((low < -slack) | (high > 1.0 + slack)).any(axis=1)
-    return outside
+    one, two, three = np.moveaxis(uv, 1, 0)
+    low = np.minimum(np.minimum(one, two), three)
+    high = np.maximum(np.maximum(one, two), three)
+    outside = (low < -slack) | (high > 1.0 + slack)
+    either: Bools = outside[:, 0] | outside[:, 1]
+    return either
 
 
 def _unroll(texture: Greys, top: Floats, wrap: Wrap, name: str) -> Greys:

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.errors import DataError
+from shapemorph.kernels.facets import measure_triangles
+from shapemorph.kernels.pair_order import order_pairs
+from shapemorph.kernels.welding import weld_along
 from shapemorph.methods.gluing import (
     boundary_loops,
     crowding,
@@ -125,13 +125,13 @@ def clean_surface(
         degenerate_faces=len(faces) - len(sound),
         duplicate_faces=len(sound) - len(fresh),
         non_manifold_faces=piece.loose_faces + len(fresh) - len(kept),
-        split_vertices=len(piece.source) - len(np.unique(piece.source)),
+        split_vertices=len(piece.source) - int(np.count_nonzero(np.bincount(piece.source))),
         turned_faces=piece.turned_faces,
         one_sided_edges=piece.one_sided_edges,
         components=piece.components,
         dropped_faces=len(kept) - len(piece.faces),
-        boundary_loops=boundary_loops(piece.faces),
-        euler_characteristic=euler_characteristic(piece.faces),
+        boundary_loops=boundary_loops(piece.faces, piece.glued),
+        euler_characteristic=euler_characteristic(piece.faces, piece.glued),
     )
     corners = 3 * kept[piece.corners // 3] + piece.corners % 3
     return CleanSurface(points[piece.source], piece.faces, corners, counts)
@@ -153,35 +153,32 @@ def weld(vertices: Floats, *, tolerance: float) -> tuple[Ints, Ints]:
     merged : (V,)
         Row of `kept` for every vertex.
     """
-    first, group = _exactly_equal(vertices)
-    close = cKDTree(vertices[first]).query_pairs(tolerance, output_type="ndarray")
-    if len(close):
-        links = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), (len(first),) * 2)
-        _, label = connected_components(links, directed=False)
-        group = label[group].astype(np.int64)
-    _, first, group = np.unique(group, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return first[order].astype(np.int64), rank[group].astype(np.int64)
+    place = _along_an_axis(vertices)
+    order = np.argsort(place, kind="stable")
+    count, merged = weld_along(vertices, place, order, tolerance)
+    kept = np.empty(count, dtype=np.int64)
+    kept[merged[::-1]] = np.arange(len(vertices))[::-1]
+    return kept, merged
 
 
 def degenerate(vertices: Floats, faces: Ints, *, flatness: float) -> Bools:
     """Faces with a repeated vertex, or lower than a share of their longest side."""
-    points = vertices[faces]
-    sides = points - np.roll(points, -1, axis=1)
-    longest = np.sqrt(np.einsum("fkc,fkc->fk", sides, sides).max(axis=1))
-    flat: Bools = 2.0 * face_areas(vertices, faces) <= flatness * longest**2
+    areas, longest = measure_triangles(vertices, faces)
+    flat: Bools = 2.0 * areas <= flatness * longest**2
     return flat
 
 
 def repeated(faces: Ints) -> Bools:
     """Faces with the same three vertices as an earlier one, whatever their sense."""
-    corners = np.sort(faces, axis=1)
-    order = np.lexsort(corners.T)
-    ranked = corners[order]
+    count = int(faces.max(initial=-1)) + 1
+    one, two, three = faces.T
+    low = np.minimum(np.minimum(one, two), three)
+    high = np.maximum(np.maximum(one, two), three)
+    rest = (one + two + three - low - high) * count + high
+    order = order_pairs(low, rest, count)
+    low, rest = low[order], rest[order]
     again = np.zeros(len(faces), dtype=np.bool_)
-    again[order[1:]] = (ranked[1:] == ranked[:-1]).all(axis=1)
+    again[order[1:]] = (low[1:] == low[:-1]) & (rest[1:] == rest[:-1])
     return again
 
 
@@ -189,12 +186,14 @@ def repeated(faces: Ints) -> Bools:
 class _Piece:
     """The largest connected piece: its faces, where its vertices and corners come from.
 
-    `crowding` are the faces (as given) that must go before it is a manifold.
+    `glued` are its pairs of sides on one edge, `crowding` the faces (as given) that must go
+    before it is a manifold.
     """
 
     faces: Ints
     source: Ints
     corners: Ints
+    glued: Ints
     crowding: Ints
     loose_faces: int
     turned_faces: int
@@ -221,11 +220,12 @@ def _largest_piece(vertices: Floats, faces: Ints) -> _Piece:
         separated,
         source,
         corners,
+        glued,
         crowding=np.flatnonzero(keep)[crowding(separated, glued)],
         loose_faces=len(loose),
         turned_faces=int(flip[keep].sum()),
         one_sided_edges=len(seams) - len(agreed),
-        components=len(np.unique(label)),
+        components=len(total),
     )
 
 
@@ -244,11 +244,18 @@ def _weld_distance(vertices: Floats, faces: Ints, share: float) -> float:
     return min(share * diagonal, 0.01 * typical)
 
 
-def _exactly_equal(vertices: Floats) -> tuple[Ints, Ints]:
-    """First of every group of equal rows, and the group of each row."""
-    order = np.lexsort((vertices + 0.0).T)  # + 0.0 makes -0 and 0 one
-    ranked = vertices[order]
-    fresh = np.r_[True, (ranked[1:] != ranked[:-1]).any(axis=1)]
-    group = np.empty(len(vertices), dtype=np.int64)
-    group[order] = np.cumsum(fresh) - 1
-    return order[fresh], group
+def _along_an_axis(vertices: Floats) -> Floats:
+    """Positions along the oblique axis, of three, along which the vertices spread most.
+
+    No face of a box and no row of a regular grid is square to any of them.
+    """
+    one = np.array([0.4613, 0.6217, 0.6330])
+    other = np.cross(one, [0.0, 0.0, 1.0])
+    x, y, z = (vertices - vertices.mean(axis=0)).T
+    places = [a * x + b * y + c * z for a, b, c in map(_unit, (one, other, np.cross(one, other)))]
+    return max(places, key=np.ptp)
+
+
+def _unit(vector: Floats) -> Floats:
+    unit: Floats = vector / np.linalg.norm(vector)
+    return unit

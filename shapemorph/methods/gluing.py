@@ -8,9 +8,12 @@ from itertools import combinations
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import breadth_first_order
 
 from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.kernels.components import connect
+from shapemorph.kernels.facets import measure_triangles
+from shapemorph.kernels.pair_order import order_sides
 
 _MANY = 12  # sides at one edge beyond which pairs are not compared one by one
 
@@ -34,7 +37,7 @@ def glue(vertices: Floats, faces: Ints) -> tuple[Ints, Ints]:
     loose : (K,)
         Faces that were cut loose at a crowded edge.
     """
-    order, first, count = _sides_by_edge(faces)
+    order, first, count = sides_by_edge(faces)
     pairs = first[count == 2]
     seams = np.stack([order[pairs], order[pairs + 1]], axis=1)
     crowded = np.flatnonzero(count > 2)
@@ -81,9 +84,8 @@ def orient(areas: Floats, faces: Ints, seams: Ints) -> tuple[Bools, Ints]:
 
 def pieces(face_count: int, seams: Ints) -> Ints:
     """Label (F,) the faces by connected piece."""
-    links = _graph(seams[:, 0] // 3, seams[:, 1] // 3, np.ones(len(seams)), face_count)
-    _, label = connected_components(links, directed=False)
-    return label.astype(np.int64)
+    label: Ints = connect(seams[:, 0] // 3, seams[:, 1] // 3, face_count)[1]
+    return label
 
 
 def separate(faces: Ints, seams: Ints) -> tuple[Ints, Ints]:
@@ -102,18 +104,17 @@ def separate(faces: Ints, seams: Ints) -> tuple[Ints, Ints]:
     here, there = seams[:, 0], seams[:, 1]
     here_end, there_end = _next(here), _next(there)
     agree = start[here] == start[there_end]
-    links = _graph(
+    fans, fan = connect(
         np.concatenate([here, here_end]),
         np.concatenate([np.where(agree, there_end, there), np.where(agree, there, there_end)]),
-        np.ones(2 * len(seams)),
         len(start),
     )
-    _, fan = connected_components(links, directed=False)
-    _, sample, label = np.unique(fan, return_index=True, return_inverse=True)
-    order = np.argsort(start[sample], kind="stable")
+    source = np.empty(fans, dtype=np.int64)
+    source[fan] = start
+    order = np.argsort(source, kind="stable")
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
-    return rank[label].reshape(-1, 3), start[sample][order]
+    return rank[fan].reshape(-1, 3), source[order]
 
 
 def crowding(faces: Ints, seams: Ints) -> Ints:
@@ -133,7 +134,7 @@ def crowding(faces: Ints, seams: Ints) -> Ints:
     (K,)
         Faces to remove: at each such edge all but the glued pair, or all but one.
     """
-    order, first, count = _sides_by_edge(faces)
+    order, first, count = sides_by_edge(faces)
     glued = np.zeros(faces.size, dtype=np.bool_)
     glued[seams.ravel()] = True
     joined = np.add.reduceat(glued[order], first)
@@ -145,24 +146,22 @@ def crowding(faces: Ints, seams: Ints) -> Ints:
     return np.unique(np.concatenate(excess)) if excess else np.zeros(0, dtype=np.int64)
 
 
-def boundary_loops(faces: Ints) -> int:
-    """Count closed chains of edges that have one face, on a mesh that is a manifold."""
-    order, first, count = _sides_by_edge(faces)
-    rim = order[first[count == 1]]
+def boundary_loops(faces: Ints, seams: Ints) -> int:
+    """Count closed chains of sides that are not glued, on a mesh that is a manifold."""
+    free = np.ones(faces.size, dtype=np.bool_)
+    free[seams.ravel()] = False
+    rim = np.flatnonzero(free)
     if len(rim) == 0:
         return 0
     ends = np.stack([faces.ravel()[rim], faces.ravel()[_next(rim)]], axis=1)
     _, compact = np.unique(ends, return_inverse=True)
     compact = compact.reshape(-1, 2)
-    links = _graph(compact[:, 0], compact[:, 1], np.ones(len(rim)), int(compact.max()) + 1)
-    return int(connected_components(links, directed=False)[0])
+    return int(connect(compact[:, 0], compact[:, 1], int(compact.max()) + 1)[0])
 
 
-def euler_characteristic(faces: Ints) -> int:
-    """Vertices minus edges plus faces, of the vertices that faces use."""
-    _, first, _ = _sides_by_edge(faces)
-    used = np.count_nonzero(np.bincount(faces.ravel()))
-    return int(used) - len(first) + len(faces)
+def euler_characteristic(faces: Ints, seams: Ints) -> int:
+    """Vertices minus edges plus faces, on a mesh that is a manifold and uses all vertices."""
+    return int(faces.max()) + 1 - (faces.size - len(seams)) + len(faces)
 
 
 def _next(side: Ints) -> Ints:
@@ -171,14 +170,9 @@ def _next(side: Ints) -> Ints:
     return following
 
 
-def _sides_by_edge(faces: Ints) -> tuple[Ints, Ints, Ints]:
+def sides_by_edge(faces: Ints) -> tuple[Ints, Ints, Ints]:
     """Sides sorted by edge; start and length of each edge's run."""
-    end = np.roll(faces, -1, axis=1).ravel()
-    start = faces.ravel()
-    key = np.minimum(start, end) * (int(faces.max(initial=0)) + 1) + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    ranked = key[order]
-    first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]]) if len(key) else order
+    order, first = order_sides(np.ascontiguousarray(faces), int(faces.max(initial=-1)) + 1)
     return order, first, np.diff(first, append=len(order))
 
 
@@ -195,14 +189,8 @@ def _patch_areas(vertices: Floats, faces: Ints, seams: Ints) -> Floats:
 
 def face_areas(vertices: Floats, faces: Ints) -> Floats:
     """(F,) area of every face."""
-    area: Floats = 0.5 * np.linalg.norm(_normals(vertices, faces), axis=-1)
-    return area
-
-
-def _normals(vertices: Floats, faces: Ints) -> Floats:
-    """Return the normals (..., 3) of faces, twice their area long."""
-    a, b, c = (vertices[faces[..., k]] for k in range(3))
-    return np.cross(b - a, c - a)
+    areas: Floats = measure_triangles(vertices, np.ascontiguousarray(faces))[0]
+    return areas
 
 
 def _best_pair(vertices: Floats, faces: Ints, sides: Ints, patch_area: Floats) -> Ints:
