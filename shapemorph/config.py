@@ -371,7 +371,9 @@ class SynthesizeConfig(Section):
     tilt: float = Field(0.0, ge=-20, le=20, description="indentation: tilt of the punch, degrees")
     stretch: float = Field(2.0, gt=0, description="sheet: stretch along its direction")
     direction: float = Field(
-        0.0, description="sheet: of the stretch, from the long side of the sheet, degrees"
+        0.0,
+        description="sheet: of the stretch, from the long side of the sheet; freeform: of all that "
+        "happens to it, against the reference; degrees",
     )
     turn: float = Field(0.0, description="sheet: turned in its plane afterwards, degrees")
     damage: DamageConfig = DamageConfig()

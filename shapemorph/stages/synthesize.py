@@ -6,6 +6,7 @@ from shapemorph.config import DamageConfig, SynthesizeConfig
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.synthetic import DamageSpot, SyntheticPair
 from shapemorph.core.transform import RigidTransform
+from shapemorph.methods.synthetic.curved import freeform_name
 from shapemorph.methods.synthetic.damage import place_damage
 from shapemorph.methods.synthetic.material import MaterialMap
 from shapemorph.methods.synthetic.painting import Scene, random_light
@@ -64,7 +65,9 @@ def damage_kinds(config: DamageConfig) -> tuple[str, ...]:
 
 
 def _shape(config: SynthesizeConfig) -> str:
-    """Name of the material map, with what makes one sheet differ from another."""
+    """Name of the material map, with the direction that some are drawn in."""
+    if config.shape == "freeform":
+        return freeform_name(config.direction)
     if config.shape != "sheet":
         return config.shape
     return sheet_name(stretch=config.stretch, direction=config.direction, turn=config.turn)

@@ -111,3 +111,9 @@ def test_sizes_scale_everything_but_the_noise():
 def test_an_impossible_punch_is_refused():
     with pytest.raises(ConfigError, match=r"lower synthesize\.offset"):
         _pair(shape="indentation", offset=40.0)
+
+
+def test_the_direction_of_a_free_form_reaches_the_truth():
+    pair = synthesize(SynthesizeConfig(shape="freeform", direction=17.0, faces=300, texture=64))
+    assert pair.truth.shape == "freeform(17.0)"
+    assert SynthesizeConfig(shape="freeform").direction == 0.0

@@ -1,5 +1,7 @@
 """Material maps of curved references: a rigid shell, a free form, a tube."""
 
+import re
+
 import numpy as np
 
 from shapemorph.core.arrays import Floats
@@ -11,6 +13,8 @@ from shapemorph.methods.synthetic.material import (
     no_kink,
 )
 from shapemorph.methods.synthetic.revolution import flat
+
+_TURNED = re.compile(r"freeform\(([-+.e\d]+)\)")
 
 
 def rigid(size: float) -> MaterialMap:
@@ -33,10 +37,29 @@ def rigid(size: float) -> MaterialMap:
     )
 
 
-def freeform(size: float) -> MaterialMap:
+def freeform_name(direction: float) -> str:
+    """Name of a free form that says how its stretch is turned, degrees."""
+    return f"freeform({direction!r})" if direction else "freeform"
+
+
+def freeform_of_name(name: str, size: float) -> MaterialMap | None:
+    """Make the turned free form of a name; None if it is the name of something else."""
+    found = _TURNED.fullmatch(name)
+    return None if found is None else freeform(size, direction=float(found.group(1)))
+
+
+def freeform(size: float, direction: float = 0.0) -> MaterialMap:
     """Make a curved shell of oblique outline, drawn 2 x 0.85, sheared, bent and dented.
 
     Nothing about it is symmetric: the outline, both reliefs and the plane map all differ.
+
+    Parameters
+    ----------
+    size : float
+        Of the outline, mm.
+    direction : float
+        By which all that happens to the material is turned in the plane of its
+        coordinates, degrees; the reference stays as it is.
     """
     outline = _oblique_outline(size)
     angle: Floats = np.arange(4096.0) * (2 * np.pi / 4096)
@@ -53,7 +76,7 @@ def freeform(size: float) -> MaterialMap:
         upper=loop.max(axis=0),
         period=None,
         reference=_relief(_shell_height(size)),
-        deformed=_drawn(size),
+        deformed=_turned(_drawn(size), direction),
         rim=rim,
         loops=(loop,),
         locate=lambda points: points[:, :2].copy(),
@@ -145,6 +168,18 @@ def _drawn(size: float) -> Embedding:
         wound[:, 2, 0] -= out * sine / winding
         wound[:, 1, 1] = 1.0
         return position, wound @ plane_jacobian
+
+    return embed
+
+
+def _turned(state: Embedding, degrees: float) -> Embedding:
+    """Turn what happens to the material by an angle: the material turns back before it."""
+    cosine, sine = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
+    back = np.array([[cosine, sine], [-sine, cosine]])
+
+    def embed(material: Floats) -> tuple[Floats, Floats]:
+        position, jacobian = state(material @ back.T)
+        return position, jacobian @ back
 
     return embed
 

@@ -2,7 +2,7 @@
 
 from shapemorph.core.errors import ConfigError
 from shapemorph.methods.synthetic.balloon import balloon
-from shapemorph.methods.synthetic.curved import freeform, rigid, tube
+from shapemorph.methods.synthetic.curved import freeform, freeform_of_name, rigid, tube
 from shapemorph.methods.synthetic.material import MaterialMap
 from shapemorph.methods.synthetic.revolution import bulge, dome, hole, indentation
 from shapemorph.methods.synthetic.sheet import sheet_of_name
@@ -24,7 +24,8 @@ def material_map(shape: str, *, size: float, offset: float, tilt: float) -> Mate
     Parameters
     ----------
     shape : str
-        One of the names, or that of a drawn sheet (`sheet_name`).
+        One of the names, or that of a drawn sheet or a turned free form (`sheet_name`,
+        `freeform_name`).
     size : float
         Diameter or length of the object, mm.
     offset, tilt : float
@@ -42,9 +43,9 @@ def material_map(shape: str, *, size: float, offset: float, tilt: float) -> Mate
                 f"{offset:g} mm for {size:g} mm: lower synthesize.offset"
             )
         return indentation(size, offset=offset, tilt=tilt)
-    drawn = sheet_of_name(shape, size)
-    if drawn is not None:
-        return drawn
+    directed = sheet_of_name(shape, size) or freeform_of_name(shape, size)
+    if directed is not None:
+        return directed
     if shape not in PLAIN_SHAPES:
         known = ", ".join(sorted([*PLAIN_SHAPES, "indentation"]))
         raise ConfigError(f"shape must be one of {known}, got {shape!r}")
