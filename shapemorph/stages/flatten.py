@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -162,51 +162,68 @@ def _flatten_by_correspondence(
     least = first.calibrated.chart.page_count
     most = least + (MORE_CHARTS if config.charts is None else 0)
     counterparts = Counterparts(deformed[0], deformed[1].calibrated, ratio=RATIO)
-    best: tuple[float, FlattenedPair] | None = None
+    best: tuple[FlattenedSurface, _Laid] | None = None
     reasons = []
     for count in range(least, most + 1):
         if count > least:
             first = flatten_mesh(mesh, config, least=count)
         try:
-            good, second = _lay_counterparts(counterparts, mesh, first, deformed[1], lay)
+            laid = _lay_counterparts(counterparts, mesh, first)
         except (DataError, StageError) as error:
             reasons.append(str(error))
             continue
-        if best is None or good > best[0]:
-            best = good, FlattenedPair(first, second)
-        if good >= ENOUGH_GOOD:
+        if best is None or laid.good > best[1].good:
+            best = first, laid
+        if laid.good >= ENOUGH_GOOD:
             break
     if best is None:
         raise StageError(
             f"{deformed[0].name} could not be laid flat chart by chart: "
             f"{'; '.join(dict.fromkeys(reasons))}"
         )
-    return best[1]
+    return FlattenedPair(best[0], _settle(*deformed, best[1], lay))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Laid:
+    """Boundary-first maps of some pieces, and the share of their area that lies well."""
+
+    pages: list[Page]
+    flattenings: list[Flattening]
+    good: float
 
 
 def _lay_counterparts(
-    counterparts: Counterparts,
-    reference: TexturedMesh,
-    first: FlattenedSurface,
-    second: FlattenedSurface,
-    lay: Lay,
-) -> tuple[float, FlattenedSurface]:
-    """Flatten what corresponds to each chart; also the share of it that lies well."""
-    deformed = counterparts.mesh
-    pieces = [
-        cut_patch(deformed, patch) for patch in counterparts.patches(reference, first.calibrated)
-    ]
-    laid = [lay_piece(deformed, piece, home, lay) for piece, home in pieces]
+    counterparts: Counterparts, reference: TexturedMesh, first: FlattenedSurface
+) -> _Laid:
+    """Lay flat, for a trial, what corresponds to each chart of the reference."""
+    mesh = counterparts.mesh
+    trial = _lay(mesh, TRIAL, None)
+    pieces = [cut_patch(mesh, patch) for patch in counterparts.patches(reference, first.calibrated)]
+    laid = [lay_piece(mesh, piece, home, trial) for piece, home in pieces]
     pages = [page for page, _, _ in laid]
-    areas = [face_areas(deformed.vertices, deformed.faces[p.piece.face_ids]).sum() for p in pages]
-    good = sum(good_area(deformed, page) for page in pages) / sum(areas)
-    px_per_mm = second.calibrated.chart.px_per_mm
-    image, distortion = _picture(deformed, pages, px_per_mm)
+    areas = [face_areas(mesh.vertices, mesh.faces[page.piece.face_ids]).sum() for page in pages]
+    good = sum(good_area(mesh, page) for page in pages) / sum(areas)
+    return _Laid(pages, [flattening for _, flattening, _ in laid], good)
+
+
+def _settle(
+    mesh: TexturedMesh, before: FlattenedSurface, trial: _Laid, lay: Lay
+) -> FlattenedSurface:
+    """Make the calibrated image of some pieces by the method that is asked for."""
+    laid = [
+        lay_piece(mesh, page.piece, page.home, lay, made)
+        for page, made in zip(trial.pages, trial.flattenings, strict=True)
+    ]
+    px_per_mm = before.calibrated.chart.px_per_mm
+    image, distortion = _picture(mesh, [page for page, _, _ in laid], px_per_mm)
     why = "; ".join(why for _, _, why in laid)
-    reason = f"{len(pages)} charts by their matches; {why}; {_worst(distortion, px_per_mm)}"
-    method = _name(tuple(flattening.method for _, flattening, _ in laid))
-    return good, replace(
-        second, calibrated=image, distortion=distortion, method=method, reason=reason
+    return replace(
+        before,
+        calibrated=image,
+        distortion=distortion,
+        method=_name([flattening.method for _, flattening, _ in laid]),
+        reason=f"{len(laid)} charts by their matches; {why}; {_worst(distortion, px_per_mm)}",
     )
 
 

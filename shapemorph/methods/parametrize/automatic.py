@@ -134,7 +134,8 @@ def flatten_automatically(
         sigma_1 / sigma_2 that 99 % of the area must stay below.
     most_reduced : float
         How many times smaller or larger than the median the worst 1 % of the area may be
-        shown.
+        shown. Of maps that are not sound that is taken which shows most area within the
+        last two limits.
     made : Flattening, optional
         The boundary-first map, if it has been made already.
 
@@ -164,8 +165,11 @@ def flatten_automatically(
         refused.append(flattening.describe())
     if not tried:
         raise StageError("; ".join(refused))
-    best = min(tried, key=lambda each: (each.lost > most_lost, _badness(each, limits)))
-    return best, _why(best, [*refused, "none is sound, this is the best of them"])
+    bad = [each.lost + _bad_share(vertices, faces, each, limits) for each in tried]
+    order = [(each.lost > most_lost, share) for each, share in zip(tried, bad, strict=True)]
+    least = order.index(min(order))
+    least_bad = f"none is sound; in this one only {bad[least]:.2%} of the area lies badly"
+    return tried[least], _why(tried[least], [*refused, least_bad])
 
 
 def _make(vertices: Floats, faces: Ints, method: str) -> Flattening:
@@ -183,6 +187,25 @@ def _badness(flattening: Flattening, limits: tuple[float, float, float]) -> floa
     reached = (flattening.lost, flattening.anisotropy, flattening.reduced)
     over = [value / limit for value, limit in zip(reached, limits, strict=True)]
     return float(np.nan_to_num(max(over), nan=np.inf))
+
+
+def _bad_share(
+    vertices: Floats, faces: Ints, flattening: Flattening, limits: tuple[float, float, float]
+) -> float:
+    """Share of the area whose shear or scale lies beyond the limits.
+
+    Of maps that are not sound the one with least of it is best: a map that shears all of a
+    surface mildly loses more than one that squeezes a corner of it to nothing.
+    """
+    _, most_anisotropy, most_reduced = limits
+    values = singular_values(vertices, faces, flattening.plane)
+    scale = local_scale(values)
+    median = weighted_quantile(scale, values.area, 0.5)
+    with np.errstate(invalid="ignore"):
+        sound = np.maximum(scale / median, median / scale) <= most_reduced
+        sound &= values.sigma_1 <= most_anisotropy * values.sigma_2
+    unflipped = 1.0 - flattening.flipped_share
+    return float(unflipped - values.area[sound].sum() / values.area.sum())
 
 
 def _only_reduces(flattening: Flattening, limits: tuple[float, float, float]) -> bool:

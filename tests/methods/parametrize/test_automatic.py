@@ -4,6 +4,7 @@ import pytest
 from shapemorph.methods.distortion import singular_values
 from shapemorph.methods.parametrize import automatic
 from shapemorph.methods.parametrize.overlap import overlap_share
+from shapemorph.methods.parametrize.slim import parametrise_slim
 from shapemorph.methods.parametrize.untangle import untangle
 
 
@@ -72,3 +73,32 @@ def test_overlap_is_the_share_covered_twice():
     faces = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
     assert overlap_share(plane, faces) == pytest.approx(0.5, abs=0.01)
     assert overlap_share(plane[:4], faces[:2]) == 0.0
+
+
+def plain_with_a_pole(height):
+    """A disk of 20 mm radius with a closed pole of 1 mm radius in its middle."""
+    radius = np.concatenate([np.geomspace(20, 1, 24), np.full(8 * height, 1.0), [0.5]])
+    up = np.concatenate([np.zeros(24), np.linspace(0, height, 8 * height + 1)[1:], [height]])
+    angle = np.arange(24) * (2 * np.pi / 24)
+    rings = [
+        np.stack([r * np.cos(angle), r * np.sin(angle), np.full(24, z)], axis=1)
+        for r, z in zip(radius, up, strict=True)
+    ]
+    number = np.arange(24 * len(rings)).reshape(len(rings), 24)
+    a, b = number[:-1].ravel(), np.roll(number[:-1], -1, axis=1).ravel()
+    c, d = np.roll(number[1:], -1, axis=1).ravel(), number[1:].ravel()
+    top = np.stack([number[-1], np.roll(number[-1], -1), np.full(24, number.size)], axis=1)
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1), top])
+    return np.concatenate([*rings, [[0.0, 0.0, height]]]), faces
+
+
+def test_a_squeezed_corner_is_better_than_shear_all_over():
+    """No map shows a thin pole and the plain around it evenly without shear."""
+    vertices, faces = plain_with_a_pole(height=6)
+    slim = automatic.mend_and_judge(vertices, faces, parametrise_slim(vertices, faces), "slim")
+    assert slim.anisotropy > 2.0
+    flattening, why = choose(vertices, faces)
+    assert flattening.method == "bff"
+    assert flattening.reduced > 4.0
+    assert flattening.anisotropy < 1.3
+    assert "of the area lies badly" in why
