@@ -52,6 +52,7 @@ class Chart:
         Triangles in vertices of the chart. The picture shows the outer side, unmirrored:
         faces that are counter-clockwise seen from outside are so on the screen, with
         negative signed area ``(x1-x0)(y2-y0) - (x2-x0)(y1-y0)`` in (x right, y down) px.
+        Of a mesh without an outer side it shows the side that the other shape shows.
     face_ids : (M,) int64
         Face of the mesh that each triangle is; its corners are in the same order.
     vertex_px : (N, 2) float64

@@ -32,6 +32,9 @@ class TexturedMesh:
         the first axis for textured meshes.
     name : str
         What messages call this mesh (usually its file name).
+    sided : bool
+        Whether the order of the corners tells the outer side. It does not on a mesh through
+        a cloud of points, whose two sides are alike.
     """
 
     vertices: Floats
@@ -41,6 +44,7 @@ class TexturedMesh:
     textures: tuple[Greys, ...]
     corner_grey: Floats
     name: str = field(default="mesh")
+    sided: bool = True
 
     def __post_init__(self) -> None:
         count = len(self.faces)

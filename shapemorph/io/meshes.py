@@ -133,7 +133,8 @@ def _mesh(mesh: FileMesh, name: str, unit: str) -> TexturedMesh:
         return textured_mesh(
             vertices, mesh.faces, mesh.wedge_uv, mesh.face_texture, mesh.textures, name=name
         )
-    return coloured_mesh(vertices, mesh.faces, mesh.corner_grey, name=name)
+    coloured = coloured_mesh(vertices, mesh.faces, mesh.corner_grey, name=name)
+    return replace(coloured, sided=mesh.grey_source != "point cloud")
 
 
 def _report(mesh: FileMesh, counts: CleaningCounts, name: str, unit: str) -> MeshReport:

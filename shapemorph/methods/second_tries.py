@@ -28,6 +28,8 @@ LENS = (2.0, 1.4)  # px: blur of one side that is tried
 PLAUSIBLE = 1.2  # times the width of the narrowest speckle as measured: blur is not wider
 CONVINCING = 2  # times the pairs that are needed, for saying what is wrong with a pair
 
+MIRRORED = "one is mirrored: flip one of them"
+
 Sides = tuple[Side, Side]
 
 
@@ -100,7 +102,7 @@ def what_is_wrong(start: Start, *, ratio: float, needed: int) -> str:
     ours, theirs = start.features
     suspects = {
         "the contrast of one is inverted: give one of them as its negative": negative(ours),
-        "one is mirrored: flip one of them": mirrored(ours),
+        MIRRORED: mirrored(ours),
         "one is mirrored and its contrast inverted: change both": negative(mirrored(ours)),
     }
     for sentence, changed in suspects.items():
@@ -108,6 +110,26 @@ def what_is_wrong(start: Start, *, ratio: float, needed: int) -> str:
         if len(pairs) >= max(CONVINCING * needed, CONVINCING * len(start.pairs)):
             return sentence
     return ""
+
+
+def are_mirrored(reference: GreyImage, deformed: GreyImage, *, ratio: float, needed: int) -> bool:
+    """Tell whether two pictures match only when one of them is seen from behind.
+
+    Parameters
+    ----------
+    reference, deformed : GreyImage
+    ratio : float
+        As for :func:`find_start`.
+    needed : int
+        Pairs that a match takes.
+
+    Raises
+    ------
+    StageError
+        If a picture is blank.
+    """
+    start = find_start(reference, deformed, ratio=ratio, enough=CONVINCING * needed)
+    return what_is_wrong(start, ratio=ratio, needed=needed) == MIRRORED
 
 
 def negative(features: Features) -> Features:

@@ -27,10 +27,12 @@ from shapemorph.methods.charts.atlas import (
 from shapemorph.methods.charts.correspondence import Counterparts
 from shapemorph.methods.charts.mosaic import PAGE_GAP, Page, bind, with_pages
 from shapemorph.methods.distortion import chart_distortion, local_scale, weighted_quantile
+from shapemorph.methods.mirroring import mirror_image
 from shapemorph.methods.parametrize.automatic import Flattening
 from shapemorph.methods.parametrize.choice import PROJECTIONS, lay_flat
 from shapemorph.methods.parametrize.disk import cut_piece
 from shapemorph.methods.scale import choose_scale, measure_pattern
+from shapemorph.methods.second_tries import are_mirrored
 
 logger = logging.getLogger(__name__)
 
@@ -40,6 +42,7 @@ MOST_CHARTS = 12  # of a component, when their number is free
 MORE_CHARTS = 3  # that the reference may get so that those of the deformed shape lie well
 TRIAL = FlattenConfig(method="bff")  # quick: by it the number of charts is chosen
 RATIO = 0.85  # of the best to the second best descriptor, for pairs between charts
+CONVINCING_PAIRS = 20  # of which twice as many must match for a picture to be mirrored
 MOST_REDUCED = 4.0  # a sound map shows 99 % of the area at a quarter of the median scale or more
 
 
@@ -50,6 +53,9 @@ def flatten(
     meridian: Floats | None = None,
 ) -> FlattenedPair:
     """Flatten both shapes, each at its own scale.
+
+    Where one is a mesh through a cloud of points, which has no outer side, the deformed
+    picture is mirrored if that is what makes the two match.
 
     Parameters
     ----------
@@ -69,6 +75,8 @@ def flatten(
     """
     first, second = (flatten_mesh(mesh, config, meridian) for mesh in (reference, deformed))
     if first.calibrated.chart.page_count == second.calibrated.chart.page_count == 1:
+        if not (reference.sided and deformed.sided):
+            second = _from_the_same_side(first, second)
         return FlattenedPair(first, second)
     return _flatten_by_correspondence(
         (reference, first), (deformed, second), config, _lay(deformed, config, meridian)
@@ -146,6 +154,18 @@ def _picture(
     if overlap > MOST_LOST:
         logger.warning("%s: %.1f %% of the flattened image overlaps", mesh.name, 100 * overlap)
     return image, chart_distortion(mesh.vertices, chart)
+
+
+def _from_the_same_side(first: FlattenedSurface, second: FlattenedSurface) -> FlattenedSurface:
+    """Show the second from behind where the first shows its mirror image."""
+    images = first.calibrated.image, second.calibrated.image
+    if not are_mirrored(*images, ratio=RATIO, needed=CONVINCING_PAIRS):
+        return second
+    return replace(
+        second,
+        calibrated=mirror_image(second.calibrated),
+        reason=f"{second.reason}; mirrored to show the side that the reference shows",
+    )
 
 
 def _flatten_by_correspondence(

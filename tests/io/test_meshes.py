@@ -204,3 +204,10 @@ def test_the_real_fuze_is_the_same_surface_as_obj_and_as_ply():
     np.testing.assert_allclose(one.wedge_uv, other.wedge_uv, atol=1e-6)
     np.testing.assert_array_equal(one.textures[0], other.textures[0])
     assert "closed surface of genus 0" in report.notes
+
+
+def test_only_a_cloud_of_points_has_no_outer_side(tmp_path):
+    assert read_mesh(write_sheet(tmp_path), unit="mm")[0].sided
+    points = np.random.default_rng(0).random((60, 4))
+    np.savetxt(tmp_path / "cloud.csv", points * [9, 9, 0.1, 1], delimiter=",")
+    assert not read_mesh(tmp_path / "cloud.csv", unit="mm")[0].sided

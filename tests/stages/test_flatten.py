@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,6 +7,7 @@ from shapemorph.config import FlattenConfig
 from shapemorph.core.errors import DataError, StageError
 from shapemorph.core.mesh import coloured_mesh, textured_mesh
 from shapemorph.methods.charts.mosaic import take_page
+from shapemorph.methods.second_tries import are_mirrored
 from shapemorph.methods.surface_lookup import pixel_positions
 from shapemorph.stages.flatten import flatten, flatten_mesh
 from tests.methods.charts.shapes import ball, tube
@@ -227,3 +230,19 @@ def test_both_shapes_choose_their_own_scale():
     pair = flatten(dish(), dish(2.0), FlattenConfig())
     ratio = pair.reference.calibrated.chart.px_per_mm / pair.deformed.calibrated.chart.px_per_mm
     assert ratio == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_mesh_without_an_outer_side_is_shown_as_the_other_shows_it():
+    front = dish()
+    behind = replace(front, faces=front.faces[:, ::-1], wedge_uv=front.wedge_uv[:, ::-1])
+
+    def mirrored(mesh):
+        flat = flatten(front, mesh, FlattenConfig(method="bff"))
+        images = flat.reference.calibrated.image, flat.deformed.calibrated.image
+        return are_mirrored(*images, ratio=0.85, needed=20), flat.deformed.reason
+
+    assert mirrored(behind)[0]  # the file says so: left for the match to refuse
+    for mesh in (behind, front):
+        found, reason = mirrored(replace(mesh, sided=False))
+        assert not found
+        assert ("mirrored to show the side" in reason) == (mesh is behind)
