@@ -1,8 +1,13 @@
-"""Run compiled loops over blocks of a list in several threads."""
+"""Several threads: for blocks of a list, and for a few whole jobs."""
 
-from collections.abc import Callable, Iterator
+import importlib
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @contextmanager
@@ -43,3 +48,40 @@ def run_blocks(work: Callable[[int, int], object], number: int, *, block: int) -
         return
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(lambda first: work(first, min(first + block, number)), starts))
+
+
+def run_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    """Call ``work(item)`` for each of a few items, all at once where threads allow it.
+
+    An item must not need what another one's call makes. Compiled loops with threads of
+    their own may run in several threads only where numba has a pool that allows it
+    (OpenMP or TBB); elsewhere, and where one thread is all there is, the items take turns.
+
+    Returns
+    -------
+    list
+        In the order of the items; the first call that raises ends it.
+    """
+    import numba
+
+    threads = numba.get_num_threads()
+    if threads == 1 or len(items) < 2 or not _loops_may_meet():
+        return [work(item) for item in items]
+
+    def limited(item: Item) -> Result:
+        numba.set_num_threads(threads)  # a setting of each thread
+        return work(item)
+
+    with ThreadPoolExecutor(len(items)) as pool:
+        return list(pool.map(limited, items))
+
+
+def _loops_may_meet() -> bool:
+    """Whether numba has a pool of threads that may be entered from several threads."""
+    for pool in ("omppool", "tbbpool"):
+        try:
+            importlib.import_module(f"numba.np.ufunc.{pool}")
+        except ImportError:
+            continue
+        return True
+    return False

@@ -33,6 +33,7 @@ from shapemorph.methods.parametrize.choice import PROJECTIONS, lay_flat
 from shapemorph.methods.parametrize.disk import cut_piece
 from shapemorph.methods.scale import choose_scale, measure_pattern
 from shapemorph.methods.second_tries import are_mirrored
+from shapemorph.methods.threads import run_at_once
 
 logger = logging.getLogger(__name__)
 
@@ -73,7 +74,9 @@ def flatten(
     StageError
         If nothing of a surface is left.
     """
-    first, second = (flatten_mesh(mesh, config, meridian) for mesh in (reference, deformed))
+    first, second = run_at_once(
+        lambda mesh: flatten_mesh(mesh, config, meridian), (reference, deformed)
+    )
     if first.calibrated.chart.page_count == second.calibrated.chart.page_count == 1:
         if not (reference.sided and deformed.sided):
             second = _from_the_same_side(first, second)

@@ -15,6 +15,7 @@ from shapemorph.methods.field_noise import interpolated_noise, position_noise
 from shapemorph.methods.mesh_noise import vertex_noise
 from shapemorph.methods.picture_scale import mm_per_px
 from shapemorph.methods.surface_lookup import locate, positions
+from shapemorph.methods.threads import run_at_once
 from shapemorph.methods.vertex_averaging import averaged_noise
 from shapemorph.methods.vertex_normals import normals_at, vertex_normals
 
@@ -63,14 +64,8 @@ def lift(
             f"expected grid points with a place on both surfaces, got none: "
             f"{count_statuses(status)}: raise lift.max_extrapolation_px, or look at the matches"
         )
-    meshes = (reference_mesh, deformed_mesh)
-    normals = [vertex_normals(m.vertices, m.faces, passes=_NORMAL_PASSES) for m in meshes]
-    noise = np.array(
-        [
-            vertex_noise(mesh.vertices, mesh.faces, facing, samples=_NOISE_SAMPLES)
-            for mesh, facing in zip(meshes, normals, strict=True)
-        ]
-    )
+    normals, noises = zip(*run_at_once(_faced, (reference_mesh, deformed_mesh)), strict=True)
+    noise = np.array(noises)
     shape = grid.status.shape
     lost = (status != PointStatus.OK).ravel()
     sigma_mesh = _sigma_mesh(reference, deformed, grid, noise)
@@ -110,6 +105,12 @@ def _fates(grid: CorrelationGrid, before: SurfacePoints, after: SurfacePoints) -
     status[(after.face < 0).reshape(shape) & (status == PointStatus.OK)] = PointStatus.LEFT_IMAGE
     status[(before.face < 0).reshape(shape)] = PointStatus.OUTSIDE_MASK
     return status
+
+
+def _faced(mesh: TexturedMesh) -> tuple[Floats, float]:
+    """Find the normals of the vertices of a mesh, and their noise."""
+    normals = vertex_normals(mesh.vertices, mesh.faces, passes=_NORMAL_PASSES)
+    return normals, vertex_noise(mesh.vertices, mesh.faces, normals, samples=_NOISE_SAMPLES)
 
 
 def _without(values: Floats, lost: Bools) -> Floats:
