@@ -2,6 +2,9 @@
 
 The pair is not part of the repository; give its folder, or set SHAPEMORPH_DATA to the
 folder that holds `ict_face_textured_pair` (neutral.obj, mouthSmile_L.obj, truth.npz; cm).
+Ends with 1 if a limit is missed: 95 % of the surface has a right point near it, 0.2 % of the
+points are off by more than 5 % of the largest displacement, the median error is 0.3 % of it.
+Near is what it is for synthetic cases: 1 mm on an object of 70 mm.
 """
 
 import argparse
@@ -21,6 +24,8 @@ from shapemorph.methods.open3d_import import import_open3d
 MM_PER_UNIT = 10.0
 WRONG_SHARE = 0.05  # of the largest displacement
 REACHES = (1.0, 2.0, 3.0)  # mm; the default spacing on this pair is 1.3 mm
+REACH = 1.0 / 70.0  # of the longest side of the box around the object
+COVERAGE, WRONG_POINTS, MEDIAN = 0.95, 0.002, 0.003  # limits
 SAMPLES = 20_000
 
 
@@ -30,21 +35,27 @@ def main() -> int:
     default = Path(os.environ.get("SHAPEMORPH_DATA", "../shared/data")) / "ict_face_textured_pair"
     parser.add_argument("folder", nargs="?", type=Path, default=default)
     folder = parser.parse_args().folder
+    missed = measure_pair(folder)
+    print(f"missed: {', '.join(missed)}" if missed else "all limits are kept")
+    return int(bool(missed))
+
+
+def measure_pair(folder: Path) -> list[str]:
+    """Measure the pair, print how well it went, return the names of missed limits."""
     if not (folder / "truth.npz").is_file():
         print(f"expected the pair and its truth.npz in {folder}, found none: give the folder")
-        return 3
+        return ["no pair"]
     with tempfile.TemporaryDirectory() as scratch:
         run = Path(scratch) / "run"
         pair = [str(folder / name) for name in ("neutral.obj", "mouthSmile_L.obj")]
         options = ["-o", str(run), "--quiet", "--set", "inputs.units=cm"]
         command = [sys.executable, "-m", "shapemorph", "measure", *pair, *options]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        report(run, folder / "truth.npz")
-    return 0
+        return report(run, folder / "truth.npz")
 
 
-def report(run: Path, truth_file: Path) -> None:
-    """Print errors in mm and as a share of the largest displacement, and the coverage."""
+def report(run: Path, truth_file: Path) -> list[str]:
+    """Print errors, also as a share of the largest displacement, and coverage; return misses."""
     with np.load(truth_file) as truth:
         before = truth["ref_vertices"] * MM_PER_UNIT
         after = truth["mouthSmile_L_vertices"] * MM_PER_UNIT
@@ -61,8 +72,15 @@ def report(run: Path, truth_file: Path) -> None:
     print(f"off by > {WRONG_SHARE:.0%} of it: {wrong.sum()} points ({wrong.mean():.3%})")
     right = usable & ~(error > WRONG_SHARE * largest)
     nearest = cKDTree(field.reference[right]).query(random_points(before, faces))[0]
-    for reach in REACHES:
-        print(f"surface with a right point within {reach:g} mm: {np.mean(nearest < reach):.1%}")
+    scaled = REACH * float(np.ptp(before, axis=0).max())
+    for reach in (*REACHES, scaled):
+        print(f"surface with a right point within {reach:.2g} mm: {np.mean(nearest < reach):.1%}")
+    tests = {
+        "coverage": np.mean(nearest < scaled) >= COVERAGE,
+        "wrong points": wrong.mean() <= WRONG_POINTS,
+        "median": median <= MEDIAN * largest,
+    }
+    return [name for name, kept in tests.items() if not kept]
 
 
 def carried(before, after, faces, points):

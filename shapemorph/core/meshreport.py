@@ -20,7 +20,7 @@ class MeshReport:
     polygons_split : int
         Quads and larger polygons cut into triangles.
     components : int
-        Connected pieces in the file; the largest is kept.
+        Connected pieces in the file; the large ones are kept.
     dropped_faces : int
         Faces of the pieces that were not kept.
     boundary_loops : int

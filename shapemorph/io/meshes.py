@@ -38,6 +38,8 @@ READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
 _WELD_TOLERANCE = 1e-6
 # A face lower than this share of its longest side has no direction that numbers can tell.
 _FLATNESS = 1e-9
+# Pieces of a smaller share of the area are crumbs of the scan.
+_LEAST_PIECE = 0.02
 
 
 def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
@@ -53,7 +55,7 @@ def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
     Returns
     -------
     mesh : TexturedMesh
-        In mm: welded, without degenerate, duplicate or unconnected faces, oriented.
+        In mm: welded, without degenerate or duplicate faces and crumbs, oriented.
     report : MeshReport
         What was found and mended.
 
@@ -69,7 +71,11 @@ def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
     loose = _with_pattern_only(_reader(path)(path), path.name)
     try:
         surface = clean_surface(
-            loose.vertices, loose.faces, weld_tolerance=_WELD_TOLERANCE, flatness=_FLATNESS
+            loose.vertices,
+            loose.faces,
+            weld_tolerance=_WELD_TOLERANCE,
+            flatness=_FLATNESS,
+            least_piece=_LEAST_PIECE,
         )
     except DataError as error:
         raise DataError(f"{path.name}: {error}") from None
@@ -164,11 +170,14 @@ def _report(mesh: FileMesh, counts: CleaningCounts, name: str, unit: str) -> Mes
 def _explanations(counts: CleaningCounts) -> list[str]:
     """One sentence for every count that a user should know about."""
     notes = []
-    if counts.components > 1:
+    if counts.components > counts.kept_components:
         notes.append(
-            f"{counts.components} connected pieces: the largest by area is kept, "
-            f"{counts.dropped_faces} faces of the others were dropped"
+            f"{counts.components} connected pieces: those of at least {_LEAST_PIECE:.0%} of the "
+            f"area are kept ({counts.kept_components}), {counts.dropped_faces} faces of the "
+            "others were dropped"
         )
+    elif counts.components > 1:
+        notes.append(f"{counts.components} connected pieces, all kept")
     if counts.non_manifold_faces:
         notes.append(
             f"{counts.non_manifold_faces} faces were cut loose at edges of more than two faces"
@@ -180,6 +189,6 @@ def _explanations(counts: CleaningCounts) -> list[str]:
     if counts.one_sided_edges:
         notes.append(f"cut along {counts.one_sided_edges} edges because the surface is one-sided")
     if counts.boundary_loops == 0:
-        genus = (2 - counts.euler_characteristic) // 2
+        genus = (2 * counts.kept_components - counts.euler_characteristic) // 2
         notes.append(f"closed surface of genus {genus}")
     return notes

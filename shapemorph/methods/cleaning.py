@@ -1,4 +1,4 @@
-"""From the triangles of a file to one clean, oriented, connected surface."""
+"""From the triangles of a file to a clean, oriented surface of one piece or a few."""
 
 from dataclasses import dataclass
 
@@ -37,8 +37,8 @@ class CleaningCounts:
         Turned over to agree with their neighbours.
     one_sided_edges : int
         Cut because the surface has no two sides.
-    components, dropped_faces : int
-        Connected pieces, and faces of all but the largest.
+    components, kept_components, dropped_faces : int
+        Connected pieces, those of them that are large, and faces of the others.
     boundary_loops, euler_characteristic : int
         Of what is kept.
     """
@@ -52,6 +52,7 @@ class CleaningCounts:
     turned_faces: int
     one_sided_edges: int
     components: int
+    kept_components: int
     dropped_faces: int
     boundary_loops: int
     euler_characteristic: int
@@ -78,9 +79,9 @@ class CleanSurface:
 
 
 def clean_surface(
-    vertices: Floats, faces: Ints, *, weld_tolerance: float, flatness: float
+    vertices: Floats, faces: Ints, *, weld_tolerance: float, flatness: float, least_piece: float
 ) -> CleanSurface:
-    """Weld, remove what is no surface, cut what is no manifold, orient, keep the largest piece.
+    """Weld, remove what is no surface, cut what is no manifold, orient, keep the large pieces.
 
     Parameters
     ----------
@@ -93,6 +94,8 @@ def clean_surface(
         farther apart than a hundredth of the median edge).
     flatness : float
         Faces whose height is below this share of their longest side are degenerate.
+    least_piece : float
+        Share of the area that a connected piece must have to be kept.
 
     Returns
     -------
@@ -115,10 +118,10 @@ def clean_surface(
             "lines: check what was exported"
         )
     fresh = sound[~repeated(triangles[sound])]
-    kept, piece = fresh, _largest_piece(points, triangles[fresh])
+    kept, piece = fresh, _large_pieces(points, triangles[fresh], least_piece)
     while len(piece.crowding):
         kept = np.delete(kept, piece.crowding)
-        piece = _largest_piece(points, triangles[kept])
+        piece = _large_pieces(points, triangles[kept], least_piece)
     counts = CleaningCounts(
         welded_vertices=len(used) - len(first),
         unreferenced_vertices=len(vertices) - len(used),
@@ -129,6 +132,7 @@ def clean_surface(
         turned_faces=piece.turned_faces,
         one_sided_edges=piece.one_sided_edges,
         components=piece.components,
+        kept_components=piece.kept_components,
         dropped_faces=len(kept) - len(piece.faces),
         boundary_loops=boundary_loops(piece.faces, piece.glued),
         euler_characteristic=euler_characteristic(piece.faces, piece.glued),
@@ -183,11 +187,11 @@ def repeated(faces: Ints) -> Bools:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Piece:
-    """The largest connected piece: its faces, where its vertices and corners come from.
+class _Pieces:
+    """The large connected pieces: their faces, where their vertices and corners come from.
 
-    `glued` are its pairs of sides on one edge, `crowding` the faces (as given) that must go
-    before it is a manifold.
+    `glued` are their pairs of sides on one edge, `crowding` the faces (as given) that must go
+    before they are manifolds.
     """
 
     faces: Ints
@@ -199,15 +203,18 @@ class _Piece:
     turned_faces: int
     one_sided_edges: int
     components: int
+    kept_components: int
 
 
-def _largest_piece(vertices: Floats, faces: Ints) -> _Piece:
+def _large_pieces(vertices: Floats, faces: Ints, least: float) -> _Pieces:
     areas = face_areas(vertices, faces)
     seams, loose = glue(vertices, faces)
     flip, agreed = orient(areas, faces, seams)
     label = pieces(len(faces), agreed)
     total = np.bincount(label, areas, minlength=1)
-    keep = label == np.argmax(total)
+    large = total >= least * total.sum()
+    large[np.argmax(total)] = True
+    keep = large[label]
 
     slots = np.where(flip[keep, None], [0, 2, 1], [0, 1, 2])
     corners = 3 * np.flatnonzero(keep)[:, None] + slots
@@ -216,7 +223,7 @@ def _largest_piece(vertices: Floats, faces: Ints) -> _Piece:
     side = np.where(flip[inside // 3], 2 - inside % 3, inside % 3)
     glued = 3 * rank[inside // 3] + side
     separated, source = separate(faces.ravel()[corners], glued)
-    return _Piece(
+    return _Pieces(
         separated,
         source,
         corners,
@@ -226,6 +233,7 @@ def _largest_piece(vertices: Floats, faces: Ints) -> _Piece:
         turned_faces=int(flip[keep].sum()),
         one_sided_edges=len(seams) - len(agreed),
         components=len(total),
+        kept_components=int(large.sum()),
     )
 
 

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 WARN, FAIL = "WARN", "FAIL"
+MOST_SHEAR = 3.0
+"""Anisotropy of a flattening beyond which strain along one direction is coarser than it looks."""
 Finding = tuple[str, str]
 
 _SMALLEST_MM, _LARGEST_MM = 1.0, 10_000.0
@@ -69,6 +71,14 @@ def _flat(sections: Mapping[str, Any]) -> Iterator[Finding]:
     for side, surface in sections.get("flatten", {}).items():
         if surface["flips"]:
             yield WARN, f"{surface['flips']} triangles of the {side} are upside down when flattened"
+        shear = surface["anisotropy"]["p95"]
+        if shear > MOST_SHEAR:
+            yield (
+                WARN,
+                f"5 % of the {side}'s triangles are sheared by {shear:.1f} : 1 or more where it is "
+                f"laid flat ({surface['method']}): the subset is that much longer there one way "
+                "than the other; flatten.method=auto shears least",
+            )
         if surface["texels_per_px"] < 0.7:
             yield (
                 WARN,

@@ -30,7 +30,7 @@ from shapemorph.methods.distortion import chart_distortion, local_scale, weighte
 from shapemorph.methods.mirroring import mirror_image
 from shapemorph.methods.parametrize.automatic import Flattening
 from shapemorph.methods.parametrize.choice import PROJECTIONS, lay_flat
-from shapemorph.methods.parametrize.disk import cut_piece
+from shapemorph.methods.parametrize.disk import cut_pieces
 from shapemorph.methods.scale import choose_scale, measure_pattern
 from shapemorph.methods.second_tries import are_mirrored
 from shapemorph.methods.threads import run_at_once
@@ -136,8 +136,10 @@ def flatten_mesh(
 def _atlas(mesh: TexturedMesh, config: FlattenConfig, lay: Lay, least: int) -> Atlas:
     """Lay a mesh flat in one piece where the method has its own, else in charts."""
     if config.method in PROJECTIONS:
-        piece = cut_piece(mesh.vertices, mesh.faces, name=mesh.name)
+        piece, *others = cut_pieces(mesh.vertices, mesh.faces, name=mesh.name)
         page, flattening, why = lay_piece(mesh, piece, np.ones(len(piece.faces), bool), lay)
+        if others:
+            why += f"; only the largest of {1 + len(others)} connected pieces is shown"
         return Atlas([page], (flattening.method,), why)
     most = max(MOST_CHARTS, least)
     if config.charts is not None:

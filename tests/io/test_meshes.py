@@ -53,7 +53,7 @@ def test_lengths_are_in_mm_whatever_the_unit_of_the_file(tmp_path, unit, scale):
 def test_the_report_counts_what_was_mended_and_can_be_stored(tmp_path):
     def dirty(text):
         text += "v 9 9 9\nf 1/1 1/1 2/2\nf 1/1 2/2 7/3\n"  # unused, degenerate, duplicate
-        text += "v 50 0 0\nv 51 0 0\nv 50 1 0\nf 22/1 23/2 24/3\n"  # another piece
+        text += "v 50 0 0\nv 50.1 0 0\nv 50 0.1 0\nf 22/1 23/2 24/3\n"  # a crumb
         text += "f 1 2 7\n"  # no texture
         return text
 

@@ -7,7 +7,7 @@ import trimesh
 from shapemorph.core.errors import DataError
 from shapemorph.methods.cleaning import clean_surface, degenerate, repeated, weld
 
-RULES = {"weld_tolerance": 1e-6, "flatness": 1e-9}
+RULES = {"weld_tolerance": 1e-6, "flatness": 1e-9, "least_piece": 0.02}
 
 
 def sheet(columns=7, rows=5):
@@ -138,7 +138,9 @@ def test_a_fin_on_a_sheet_is_cut_off_and_the_sheet_keeps_its_edge():
     tip = len(vertices)
     fin = np.array([[faces[20, 0], faces[20, 2], tip]])
     clean = clean_surface(
-        np.concatenate([vertices, [[2.0, 2.0, 9.0]]]), np.concatenate([fin, faces]), **RULES
+        np.concatenate([vertices, [[2.0, 2.0, 9.0]]]),
+        np.concatenate([fin, faces]),
+        **(RULES | {"least_piece": 0.5}),
     )
     np.testing.assert_array_equal(clean.vertices[clean.faces], vertices[faces])
     assert clean.counts.non_manifold_faces == 1
@@ -149,7 +151,8 @@ def test_a_fin_on_a_sheet_is_cut_off_and_the_sheet_keeps_its_edge():
 
 def test_of_three_equal_flaps_at_one_edge_the_flattest_pair_stays_together():
     vertices = np.array([[0, 0, 0], [0, 1, 0], [1, 0.5, 0.1], [-1, 0.5, 0.1], [0, 0.5, 1.00499]])
-    clean = clean_surface(vertices, np.array([[0, 1, 4], [1, 0, 2], [0, 1, 3]]), **RULES)
+    rules = RULES | {"least_piece": 0.5}
+    clean = clean_surface(vertices, np.array([[0, 1, 4], [1, 0, 2], [0, 1, 3]]), **rules)
     np.testing.assert_array_equal(clean.vertices, vertices[:4])
     assert clean.counts.non_manifold_faces == 1
     assert clean.counts.dropped_faces == 1
@@ -190,6 +193,21 @@ def test_the_largest_piece_is_kept_by_area_not_by_count():
     np.testing.assert_array_equal(clean.vertices, big)
     assert clean.counts.components == 2
     assert clean.counts.dropped_faces == len(faces)
+
+
+def test_pieces_that_are_no_crumbs_are_all_kept():
+    vertices, faces = sheet()
+    second, crumb = (
+        vertices + np.array([0, 0, 50.0]),
+        np.array([[0, 0, 90.0], [0.1, 0, 90], [0, 0.1, 90]]),
+    )
+    count = len(vertices)
+    joined = np.concatenate([faces, faces + count, [[2 * count, 2 * count + 1, 2 * count + 2]]])
+    clean = clean_surface(np.concatenate([vertices, second, crumb]), joined, **RULES)
+    np.testing.assert_array_equal(clean.vertices[clean.faces[len(faces) :]], second[faces])
+    assert (clean.counts.components, clean.counts.kept_components) == (3, 2)
+    assert clean.counts.dropped_faces == 1
+    assert (clean.counts.boundary_loops, clean.counts.euler_characteristic) == (2, 2)
 
 
 def test_a_one_sided_band_is_cut_across_and_a_two_sided_one_is_not():

@@ -29,7 +29,9 @@ def ball(count=2000):
 
 def counts_of(points):
     meshed = mesh_points(points, **RULES)
-    clean = clean_surface(points, meshed.faces, weld_tolerance=1e-6, flatness=1e-9)
+    clean = clean_surface(
+        points, meshed.faces, weld_tolerance=1e-6, flatness=1e-9, least_piece=0.02
+    )
     return meshed, clean
 
 

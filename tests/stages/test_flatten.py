@@ -246,3 +246,27 @@ def test_a_mesh_without_an_outer_side_is_shown_as_the_other_shows_it():
         found, reason = mirrored(replace(mesh, sided=False))
         assert not found
         assert ("mirrored to show the side" in reason) == (mesh is behind)
+
+
+def two_dishes(order):
+    """Two dishes with patterns of their own, the second 100 mm above, in either order."""
+    dishes = [dish(texture=speckle(1024, 3.0, seed=k)) for k in (0, 1)]
+    vertices = [dishes[k].vertices + np.array([0, 0, 100.0 * k]) for k in order]
+    faces = np.concatenate([dishes[0].faces, dishes[1].faces + len(vertices[0])])
+    uv = np.concatenate([each.wedge_uv for each in dishes])
+    texture = np.repeat([0, 1], len(dishes[0].faces))
+    pictures = tuple(dishes[k].textures[0] for k in order)
+    return textured_mesh(np.concatenate(vertices), faces, uv, texture, pictures, name="two.obj")
+
+
+def test_pieces_find_each_other_in_whatever_order_they_stand():
+    one, other = two_dishes((0, 1)), two_dishes((1, 0))
+    pair = flatten(one, other, FlattenConfig())
+    heights = []
+    for mesh, side in ((one, pair.reference), (other, pair.deformed)):
+        assert side.calibrated.chart.page_count == 2
+        for number in (0, 1):
+            page = take_page(side.calibrated, number)
+            heights.append(np.median(pixel_positions(mesh, page)[page.image.mask][:, 2]))
+    assert sorted(heights[:2])[1] > 90
+    np.testing.assert_allclose(heights[:2], heights[2:], atol=1.0)
