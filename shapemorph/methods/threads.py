@@ -72,7 +72,7 @@ def run_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[R
         numba.set_num_threads(threads)  # a setting of each thread
         return work(item)
 
-    with ThreadPoolExecutor(len(items)) as pool:
+    with ThreadPoolExecutor(min(threads, len(items))) as pool:
         return list(pool.map(limited, items))
 
 

@@ -10,6 +10,7 @@ from shapemorph.core.errors import StageError
 from shapemorph.core.image import CalibratedImage, GreyImage
 from shapemorph.core.matching import Matches, UnmatchedError, Warp
 from shapemorph.methods.charts.mosaic import PAGE_GAP, page_bounds, page_image
+from shapemorph.methods.threads import run_at_once
 from shapemorph.methods.warp_renewal import continue_warp, spline_through
 
 NOWHERE = -1e6  # px; where the warp of a page without matches leads
@@ -39,17 +40,18 @@ def match_by_page(match: Matcher, reference: CalibratedImage, deformed: Calibrat
     if reference.chart.page_count == 1:
         return match(reference.image, deformed.image)
     sides = [page_bounds(image.chart, image.image.shape[1]) for image in (reference, deformed)]
-    found: list[Matches | None] = []
-    failures: list[UnmatchedError] = []
-    for number, (left, right) in enumerate(zip(*sides, strict=True)):
+
+    def match_page(number: int) -> Matches | UnmatchedError:
+        left, right = (bounds[number] for bounds in sides)
         try:
-            found.append(
-                match(page_image(reference.image, left), page_image(deformed.image, right))
-            )
+            return match(page_image(reference.image, left), page_image(deformed.image, right))
         except StageError as error:
             _log.warning("chart %d: %s", number, error)
-            found.append(None)
-            failures.append(_on_all_pages(error, left[0], right[0]))
+            return _on_all_pages(error, left[0], right[0])
+
+    results = run_at_once(match_page, range(reference.chart.page_count))
+    found = [each if isinstance(each, Matches) else None for each in results]
+    failures = [each for each in results if isinstance(each, UnmatchedError)]
     if not any(found):
         raise UnmatchedError(
             str(failures[0]),

@@ -25,6 +25,7 @@ from shapemorph.methods.first_pairs import (
     side_features,
 )
 from shapemorph.methods.surface_lookup import locate, positions
+from shapemorph.methods.threads import run_at_once
 
 _log = logging.getLogger(__name__)
 
@@ -122,16 +123,18 @@ class Counterparts:
             yield from (_joined([]) for _ in ours)
             return
         mine, their = budgets(one, other)
-        self._features = self._features or [_features(leaf, their) for leaf in self._leaves]
-        for leaf in ours:
-            groups = _groups(leaf, _features(leaf, mine), self._leaves, self._features, self._ratio)
+        self._features = self._features or _all_features(self._leaves, their)
+        for leaf, features in zip(ours, _all_features(ours, mine), strict=True):
+            groups = _groups(leaf, features, self._leaves, self._features, self._ratio)
             yield _joined([group for group in groups if len(group) >= LEAST_GROUP])
 
 
 def _leaves(image: CalibratedImage, name: str) -> list[_Leaf]:
     """Take the pages apart and measure the speckle of each."""
     pages = [take_page(image, number) for number in range(image.chart.page_count)]
-    return [_Leaf(page, _side(page, f"{name} (chart {k})")) for k, page in enumerate(pages)]
+    names = [f"{name} (chart {k})" for k in range(len(pages))]
+    sides = run_at_once(lambda k: _side(pages[k], names[k]), range(len(pages)))
+    return [_Leaf(page, side) for page, side in zip(pages, sides, strict=True)]
 
 
 def _side(page: CalibratedImage, name: str) -> Side | None:
@@ -142,8 +145,8 @@ def _side(page: CalibratedImage, name: str) -> Side | None:
         return None
 
 
-def _features(leaf: _Leaf, budget: Budget) -> Features | None:
-    return side_features(leaf.side, budget) if leaf.side else None
+def _all_features(leaves: Sequence[_Leaf], budget: Budget) -> list[Features | None]:
+    return run_at_once(lambda leaf: side_features(leaf.side, budget) if leaf.side else None, leaves)
 
 
 def _groups(
