@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from shapemorph.view.drawing_process import DrawingProcess, Pictures
     from shapemorph.view.figures import Named
 
+    _Job = tuple[Callable[..., None], Callable[..., Named], tuple[str, ...]]
+
 
 class Drawing:
     """The figures of a run, drawn beside it.
@@ -24,30 +26,32 @@ class Drawing:
 
     def __init__(self, results: Results, process: "DrawingProcess") -> None:
         from shapemorph.view import figures
+        from shapemorph.view.shapes import reference_figures
 
         self._results = results
         self._process = process
-        self._waiting: dict[str, Callable[..., Named]] = {
-            "flatten": figures.flattening_figures,
-            "match": figures.matching_figures,
-            "morph": figures.morph_figures,
-            "correlate": figures.correlation_figures,
+        self._waiting: dict[str, _Job] = {
+            "inputs": (process.draw_in_scene, reference_figures, ("reference",)),
+            "flatten": (process.draw, figures.flattening_figures, ("flatten",)),
+            "match": (process.draw, figures.matching_figures, ("flatten", "match")),
+            "morph": (process.draw, figures.morph_figures, ("flatten", "morph")),
+            "correlate": (process.draw, figures.correlation_figures, ("flatten", "correlate")),
         }
 
     def reached(self, stage: str) -> None:
         """Ask for the figures of a stage, now that it is up to date."""
-        if figures := self._waiting.pop(stage, None):
-            shown = dict.fromkeys(("flatten", stage))
-            self._process.draw(figures, *(self._results.load(name) for name in shown))
+        if stage in self._waiting:
+            ask, figures, shown = self._waiting.pop(stage)
+            ask(figures, *(self._results.load(name) for name in shown))
 
     def all_reached(self, results: RunResults) -> None:
         """Ask for all other figures, now that every stage is up to date."""
         from shapemorph.view.figures import histogram_figures, law_figures
-        from shapemorph.view.shapes import shapes_of
+        from shapemorph.view.shapes import shape_figures, shapes_of
 
         for stage in tuple(self._waiting):
             self.reached(stage)
-        self._process.draw_shapes(shapes_of(results))
+        self._process.draw_in_scene(shape_figures, shapes_of(results))
         self._process.draw(histogram_figures, results.measurement)
         if results.spread and len(results.spread.laws) > 1:
             self._process.draw(law_figures, results, results.spread)

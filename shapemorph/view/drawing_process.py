@@ -17,7 +17,6 @@ from typing import IO, TYPE_CHECKING, Any, Self
 
 from shapemorph.core.errors import ShapemorphError, StageError
 from shapemorph.view.figures import Named, encoded
-from shapemorph.view.shapes import Shapes, shape_figures
 
 if TYPE_CHECKING:
     from shapemorph.view.render import Scene
@@ -74,9 +73,9 @@ class DrawingProcess:
         """
         self._jobs.put((figures, nouns, False))
 
-    def draw_shapes(self, shapes: Shapes) -> None:
-        """Ask for the figures of the shapes and return at once."""
-        self._jobs.put((shape_figures, (shapes,), True))
+    def draw_in_scene(self, figures: Callable[..., Named], *nouns: object) -> None:
+        """Ask likewise for figures that a function makes of some nouns and a scene."""
+        self._jobs.put((figures, nouns, True))
 
     def finish(self) -> Pictures:
         """Wait for all figures that were asked for.

@@ -29,28 +29,41 @@ CAPTIONS = ("along the mean normal", "from one side")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shapes:
-    """What the figures of the shapes show.
+    """What the figures of the deformed shape show.
 
     Attributes
     ----------
     measurement : Measurement
-    reference, deformed : TexturedMesh
-        The deformed one in the frame of the reference file.
+    deformed : TexturedMesh
+        In the frame of the reference file.
     """
 
     measurement: Measurement
-    reference: TexturedMesh
     deformed: TexturedMesh
 
 
 def shapes_of(results: RunResults) -> Shapes:
-    """Take from a measurement what the figures of its shapes show."""
+    """Take from a measurement what the figures of its deformed shape show."""
     carried = _carried(results.deformed_mesh, results.alignment)
-    return Shapes(results.measurement, results.reference_mesh, carried)
+    return Shapes(results.measurement, carried)
+
+
+def reference_figures(mesh: TexturedMesh, scene: Scene) -> Iterator[tuple[str, "Figure"]]:
+    """Draw the reference shape with its pattern.
+
+    Raises
+    ------
+    StageError
+        Off-screen rendering gives nothing.
+    """
+    yield (
+        "shape_reference",
+        _shape_figure(scene, mesh, outer_view(mesh.vertices, mesh.faces), "reference"),
+    )
 
 
 def shape_figures(shapes: Shapes, scene: Scene) -> Iterator[tuple[str, "Figure"]]:
-    """Draw the shapes with their pattern, then every measure on the deformed shape.
+    """Draw the deformed shape with its pattern, then with every measure.
 
     Yields one after the other, by name, so that only one is held at a time; nothing where
     no cell was measured.
@@ -64,13 +77,8 @@ def shape_figures(shapes: Shapes, scene: Scene) -> Iterator[tuple[str, "Figure"]
     if not len(measurement.cells):
         return
     deformed = measurement.reference + measurement.arrays["displacement"]
-    before = outer_view(measurement.reference, measurement.cells)
     after = outer_view(deformed, measurement.cells)
-    for key, mesh, view in (
-        ("reference", shapes.reference, before),
-        ("deformed", carried, after),
-    ):
-        yield f"shape_{key}", _shape_figure(scene, mesh, view, key)
+    yield "shape_deformed", _shape_figure(scene, carried, after, "deformed")
     scene.clear("the measured field")
     used, cells = np.unique(measurement.cells, return_inverse=True)
     painter = scene.add_coloured(deformed[used], cells.reshape(-1, 4))

@@ -23,7 +23,7 @@ from shapemorph.view.figures import (
 from shapemorph.view.maps import grid_extent
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.plots import even_selection
-from shapemorph.view.shapes import shape_figures, shapes_of
+from shapemorph.view.shapes import reference_figures, shape_figures, shapes_of
 from shapemorph.view.style import STATUS_COLOURS
 
 NO_GL = sys.platform.startswith("linux") and not all(
@@ -38,7 +38,8 @@ def drawn(results, tmp_path_factory):
     folder = tmp_path_factory.mktemp("run") / "figures"
     write_pictures(_flat(results), folder)
     with DrawingProcess() as process:
-        process.draw_shapes(shapes_of(results))
+        process.draw_in_scene(reference_figures, results.reference_mesh)
+        process.draw_in_scene(shape_figures, shapes_of(results))
         write_pictures(process.finish(), folder)
     return sorted(folder.iterdir())
 
