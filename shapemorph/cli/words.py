@@ -45,6 +45,11 @@ def describe_correlation(folder: Path, summary: dict[str, Any]) -> Iterator[str]
         f"p5 {_number(correlate['zncc']['p5'])}; 1 sigma "
         f"{_number(correlate['sigma_px']['median'])} px"
     )
+    strain = summary["strain"]
+    yield (
+        f"strain      E1 median {_number(strain['E1']['median'])}, p99 "
+        f"{_number(strain['E1']['p99'])} (Green-Lagrange; gauge {_number(strain['gauge_px'])} px)"
+    )
     if correlate["points_per_second"]:
         yield f"speed       {correlate['points_per_second']:.0f} points/s"
     yield from describe_verdict(summary)

@@ -50,8 +50,9 @@ in mm, first row at the bottom.
 _PLANAR_HEAD = """
 ## correlation.csv, correlation.npz
 
-What `shapemorph correlate` writes for two pictures; one row a point inside the mask. The NPZ \
-also holds `spacing` and `subset_size`, px.
+What `shapemorph correlate` writes for two pictures; one row a point inside the mask. Strain is \
+that of the virtual strain gauge, (window − 1) · spacing + subset size. The NPZ also holds \
+`spacing`, `subset_size` and `gauge_px`, px, and `strain_window`, points.
 """
 
 _FLATTENED_HEAD = """

@@ -157,6 +157,8 @@ CALIBRATED = (
 )
 """Point arrays of flatten/reference.vti and flatten/deformed.vti."""
 
+_PLANE_GREEN = "Green–Lagrange, E = (FᵀF − I)/2; F fitted to u, v over the strain window"
+
 PLANAR = (
     ("x_px", "x", "px", "column in the reference picture, a multiple of the spacing"),
     ("y_px", "y", "px", "row in the reference picture, a multiple of the spacing"),
@@ -171,6 +173,16 @@ PLANAR = (
     ("status", "–", "1", "0 = OK; codes in CONVENTIONS.md"),
     ("sigma_u_px", "σ(u)", "px", "1 σ from image noise and the gradients of the subset"),
     ("sigma_v_px", "σ(v)", "px", "1 σ from image noise and the gradients of the subset"),
+    ("E_xx", "E_xx", "1", _PLANE_GREEN),
+    ("E_xy", "E_xy", "1", "the same; tensor shear, half the engineering shear"),
+    ("E_yy", "E_yy", "1", "the same"),
+    ("E1", "E₁", "1", "larger principal value of it"),
+    ("E2", "E₂", "1", "smaller principal value of it"),
+    ("hencky_xx", "ε_xx", "1", "Hencky, ln(FᵀF)/2, of the same F"),
+    ("hencky_xy", "ε_xy", "1", "the same; tensor shear"),
+    ("hencky_yy", "ε_yy", "1", "the same"),
+    ("hencky_1", "ε₁", "1", "ln λ₁"),
+    ("hencky_2", "ε₂", "1", "ln λ₂"),
 )
 """Columns of correlation.csv and arrays of correlation.npz."""
 

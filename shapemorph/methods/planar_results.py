@@ -4,10 +4,13 @@ import numpy as np
 
 from shapemorph.core.arrays import Codes, Floats, Ints
 from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.planar import PlanarStrain
 from shapemorph.core.status import PointStatus
 
+Table = dict[str, Floats | Ints | Codes]
 
-def planar_table(grid: CorrelationGrid) -> dict[str, Floats | Ints | Codes]:
+
+def planar_table(grid: CorrelationGrid, strain: PlanarStrain) -> Table:
     """Columns of a 2D correlation, one row for each point inside the mask.
 
     Returns
@@ -15,7 +18,8 @@ def planar_table(grid: CorrelationGrid) -> dict[str, Floats | Ints | Codes]:
     dict
         x_px, y_px (integers), u_px, v_px = deformed - reference, du_dx ... dv_dy (its
         derivatives with respect to the reference position), zncc, iterations, status,
-        sigma_u_px, sigma_v_px; NaN where there is no value.
+        sigma_u_px, sigma_v_px; then the strain: E_xx, E_xy, E_yy, E1, E2 (Green-Lagrange),
+        hencky_xx ... hencky_2. NaN where there is no value.
     """
     rows = grid.status != PointStatus.OUTSIDE_MASK
     reference = grid.reference_px[rows]
@@ -36,4 +40,18 @@ def planar_table(grid: CorrelationGrid) -> dict[str, Floats | Ints | Codes]:
         "status": grid.status[rows],
         "sigma_u_px": sigma[:, 0],
         "sigma_v_px": sigma[:, 1],
+        **_strain_columns("E_{}", "E{}", strain.green[rows], strain.green_principal[rows]),
+        **_strain_columns(
+            "hencky_{}", "hencky_{}", strain.hencky[rows], strain.hencky_principal[rows]
+        ),
+    }
+
+
+def _strain_columns(component: str, value: str, tensor: Floats, principal: Floats) -> Table:
+    return {
+        component.format("xx"): tensor[:, 0, 0],
+        component.format("xy"): tensor[:, 0, 1],
+        component.format("yy"): tensor[:, 1, 1],
+        value.format("1"): principal[:, 0],
+        value.format("2"): principal[:, 1],
     }

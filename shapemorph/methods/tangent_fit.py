@@ -8,10 +8,8 @@ from shapemorph.core.arrays import Bools, Floats
 from shapemorph.methods.bending import bending_terms, normal_bend
 from shapemorph.methods.grid_windows import Windows
 from shapemorph.methods.least_squares import fit_operators
+from shapemorph.methods.quadratic_fit import WORST_CONDITION, quadratic_operators
 
-_WORST_CONDITION = 1e7  # of normal equations in coordinates of order one
-_FEWEST_QUADRATIC = 9  # half as many again as the six coefficients
-_FEWEST_LINEAR = 4  # one more than the three coefficients
 _STEEPEST = 0.5  # cosine of the largest tilt of a chord from the tangent plane
 
 
@@ -87,7 +85,7 @@ def fit_tangent(
 def _fit(patch: _Patch, plane: Floats, mm_per_px: Floats) -> TangentFit:
     """Fit in coordinates of `plane`, then refer everything to the fitted tangent plane."""
     coordinates, inside = _project(patch, plane)
-    operators = _operators(coordinates, inside)
+    operators = quadratic_operators(coordinates, inside)
     reference, deformed = operators @ patch.reference, operators @ patch.deformed
     tangent, turn = _orthonormal(_slopes_of(reference))
     back = np.swapaxes(turn, 1, 2)
@@ -117,7 +115,7 @@ def _plane(patch: _Patch, picture: Floats) -> tuple[Floats, Floats]:
     """First guess of the tangent plane, and mm per px, from a linear fit over the picture."""
     scale = np.maximum(np.abs(picture).max(axis=(1, 2)), 1.0)[:, None, None]
     terms = np.concatenate([np.ones_like(picture[:, :, :1]), picture / scale], axis=2)
-    operators = fit_operators(terms, patch.inside, worst_condition=_WORST_CONDITION)
+    operators = fit_operators(terms, patch.inside, worst_condition=WORST_CONDITION)
     edges = (operators[:, 1:3] / scale) @ patch.reference
     basis, _ = _orthonormal(edges)
     area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=-1)
@@ -131,31 +129,6 @@ def _project(patch: _Patch, tangent: Floats) -> tuple[Floats, Bools]:
         patch.reference, axis=2
     )
     return np.nan_to_num(coordinates), patch.inside & ~steep
-
-
-def _operators(coordinates: Floats, inside: Bools) -> Floats:
-    """Turn data into coefficients of 1, x, y, x^2, xy, y^2, (N, 6, K)."""
-    scale = _width(coordinates, inside)
-    x, y = np.moveaxis(coordinates / scale[:, None, None], 2, 0)
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
-    operators = fit_operators(terms, inside, worst_condition=_WORST_CONDITION)
-    count = inside.sum(axis=1)
-    poor = (count < _FEWEST_QUADRATIC) | ~np.isfinite(operators[:, 0, 0])
-    operators[poor] = 0.0
-    operators[poor, :3] = fit_operators(
-        terms[poor][:, :, :3], inside[poor], worst_condition=_WORST_CONDITION
-    )
-    operators[count < _FEWEST_LINEAR] = np.nan
-    powers = np.array([0, 1, 1, 2, 2, 2])
-    scaled: Floats = operators / scale[:, None, None] ** powers[:, None]
-    return scaled
-
-
-def _width(coordinates: Floats, inside: Bools) -> Floats:
-    """Root mean square distance from the centre; 1 where there is none, (N,)."""
-    squared = np.where(inside, (coordinates**2).sum(axis=2), 0.0).sum(axis=1)
-    width = np.sqrt(squared / np.maximum(inside.sum(axis=1), 1))
-    return np.where(width > 0, width, 1.0)
 
 
 def _slopes_of(operators: Floats) -> Floats:

@@ -20,16 +20,11 @@ from shapemorph.core.morphed import Morphed
 from shapemorph.io.images import read_grey_image
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
 from shapemorph.pipeline.law_inputs import read_law_inputs
+from shapemorph.pipeline.planar_outputs import PlanarField, write_field, write_field_summary
 from shapemorph.pipeline.run import Event, Listener
 from shapemorph.pipeline.sequence import MorphSequence, make_sequence, write_sequence
-from shapemorph.pipeline.summary import (
-    correlation_figures,
-    matching_figures,
-    point_figures,
-    run_figures,
-)
+from shapemorph.pipeline.summary import matching_figures, run_figures
 from shapemorph.pipeline.unmatched import showing_failed_match
-from shapemorph.pipeline.verdict import judge
 
 Result = TypeVar("Result")
 
@@ -115,13 +110,14 @@ def correlate_images(
     mask : Path or None
         Picture of the size of the reference, white = measured.
     config : RunConfig
-        Sections match, morph and correlate; `report.figures` says whether to draw.
+        Sections match, morph, correlate and strain; `report.figures` says whether to draw.
 
     Raises
     ------
     ConfigError, DataError, StageError
         Nothing is written then.
     """
+    from shapemorph.methods.planar_strain import planar_strain
     from shapemorph.stages.match import match
 
     check_writable(folder)
@@ -132,11 +128,11 @@ def correlate_images(
         matches = clock.run("match", lambda: match(left, right, config.match))
     morphed = clock.run("morph", lambda: _morphed(left, right, matches, inputs, config))
     grid = clock.run("correlate", lambda: _correlate(left, right, morphed, config))
-    drawn_on = left if config.report.figures else None
+    strain = clock.run("strain", lambda: planar_strain(grid, window=config.strain.window))
+    field = PlanarField(left, grid, strain, matches)
     with scratch_folder(folder) as scratch:
-        clock.run("write", lambda: _write_correlation(scratch, grid, drawn_on))
-        sections = _summarise(left, grid, matches, config, clock)
-        write_json(scratch / "summary.json", sections)
+        clock.run("write", lambda: write_field(scratch, field, config))
+        sections = write_field_summary(scratch, field, config, clock.seconds)
         files = move_files(scratch, folder, [reference, deformed, *([mask] if mask else [])])
         return PictureOutcome(folder, tuple(files), sections)
 
@@ -225,29 +221,3 @@ def _write_warp(path: Path, warp: Warp) -> None:
     np.savez(
         path, coefficients=warp.coefficients, origin=warp.origin, spacing=np.array(warp.spacing)
     )
-
-
-def _write_correlation(folder: Path, grid: CorrelationGrid, drawn_on: GreyImage | None) -> None:
-    from shapemorph.io.correlation_files import write_correlation
-
-    write_correlation(folder, grid)
-    if drawn_on is not None:
-        from shapemorph.view.figures import write_planar_figures
-
-        write_planar_figures(grid, drawn_on, folder / "figures")
-
-
-def _summarise(
-    reference: GreyImage,
-    grid: CorrelationGrid,
-    matches: Matches,
-    config: RunConfig,
-    clock: _Clock,
-) -> dict[str, Any]:
-    sections = {
-        "points": point_figures(grid.status),
-        "match": matching_figures(matches),
-        "correlate": correlation_figures(grid, config.correlate, reference),
-        **run_figures(clock.seconds),
-    }
-    return {"verdict": judge(sections), **sections}

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from shapemorph.core.flattened import FlattenedPair, FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
-from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawSpread
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
@@ -26,11 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Named = Iterator[tuple[str, "Figure"]]
-
-
-def write_planar_figures(grid: CorrelationGrid, reference: GreyImage, folder: Path) -> None:
-    """Draw the figures of a correlation of two images; needs no OpenGL."""
-    write_pictures(encoded(iter([("correlation", correlation_figure(grid, reference))])), folder)
 
 
 def write_distortion_figure(name: str, surface: FlattenedSurface, folder: Path) -> None:

@@ -31,8 +31,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PANEL, PANEL_ROOM, PANEL_HEAD = 600, 150, 66
+PANEL, PANEL_ROOM, PANEL_HEAD = 560, 150, 76
 """Largest side of a map, room beside it for its colour bar, above it for its title, px."""
+NARROW = 0.6
+"""Maps of less than this share of their height stand all in one row."""
 AXIS_ROOM = 46
 """Room for the numbers at the axes, px."""
 
@@ -67,19 +69,24 @@ class Panel:
 def _panel_grid(
     count: int, shapes: Sequence[tuple[int, int]], heading: Heading
 ) -> "tuple[Figure, list[Box]]":
-    """Make the figure for maps in two columns; return their boxes (left, top, width, height)."""
+    """Make the figure for maps, two in a row or all where they are narrow.
+
+    Returns the figure and the boxes of the maps (left, top, width, height).
+    """
     sizes = [np.array(shape[::-1]) * PANEL / max(shape) for shape in shapes]
-    wide = [max(size[0] for size in sizes[k::2]) + PANEL_ROOM for k in range(min(2, count))]
-    tall = [max(size[1] for size in sizes[k : k + 2]) for k in range(0, count, 2)]
+    columns = count if max(size[0] for size in sizes) < NARROW * PANEL else min(2, count)
+    room = AXIS_ROOM + PANEL_ROOM
+    wide = [max(size[0] for size in sizes[k::columns]) + room for k in range(columns)]
+    tall = [max(size[1] for size in sizes[k : k + columns]) for k in range(0, count, columns)]
     height = HEAD + sum(tall) + PANEL_HEAD * len(tall) + EDGE
     figure = new_figure(max(960, EDGE + sum(wide)), height)
     write_heading(figure, heading)
     boxes = []
     for k, size in enumerate(sizes):
-        left = EDGE + AXIS_ROOM + sum(wide[: k % 2])
-        top = HEAD + sum(tall[: k // 2]) + PANEL_HEAD * (k // 2) + 34
-        shrunk = 1 - AXIS_ROOM / float(size[0])
-        boxes.append((left, top, shrunk * float(size[0]), shrunk * float(size[1])))
+        row, column = divmod(k, columns)
+        left = EDGE + AXIS_ROOM + sum(wide[:column])
+        top = HEAD + sum(tall[:row]) + PANEL_HEAD * row + 34
+        boxes.append((float(left), float(top), float(size[0]), float(size[1])))
     return figure, boxes
 
 
@@ -135,6 +142,16 @@ def grid_extent(grid: CorrelationGrid) -> tuple[float, float, float, float]:
         float(last[1] + half),
         float(first[1] - half),
     )
+
+
+def panels_figure(panels: Sequence[Panel], picture: GreyImage, heading: Heading) -> "Figure":
+    """Draw maps over one picture, two in a row."""
+    figure, boxes = _panel_grid(len(panels), [picture.shape] * len(panels), heading)
+    for panel, box in zip(panels, boxes, strict=True):
+        axes = _map_axes(figure, box, panel.title, picture.shape)
+        _draw_backdrop(axes, picture)
+        _draw_map(figure, axes, box, panel)
+    return figure
 
 
 def correlation_figure(grid: CorrelationGrid, reference: GreyImage) -> "Figure":

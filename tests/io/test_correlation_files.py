@@ -8,6 +8,7 @@ from numpy.testing import assert_array_equal
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.io.correlation_files import write_correlation
 from shapemorph.methods.planar_results import planar_table
+from shapemorph.methods.planar_strain import planar_strain
 
 
 def _grid():
@@ -23,12 +24,16 @@ def _grid():
     )  # fmt: skip
 
 
+def _field():
+    return _grid(), planar_strain(_grid(), window=3)
+
+
 def test_the_csv_reads_back_to_the_last_bit(tmp_path):
-    paths = write_correlation(tmp_path / "new", _grid())
+    paths = write_correlation(tmp_path / "new", *_field())
     assert [path.name for path in paths] == ["correlation.csv", "correlation.npz"]
     with paths[0].open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
-    table = planar_table(_grid())
+    table = planar_table(*_field())
     assert list(rows[0]) == list(table)
     for name, column in table.items():
         read = [float(row[name]) if row[name] else np.nan for row in rows]
@@ -36,20 +41,21 @@ def test_the_csv_reads_back_to_the_last_bit(tmp_path):
 
 
 def test_a_missing_value_is_an_empty_field(tmp_path):
-    lines = write_correlation(tmp_path, _grid())[0].read_text(encoding="utf-8").splitlines()
+    lines = write_correlation(tmp_path, *_field())[0].read_text(encoding="utf-8").splitlines()
     lost = next(line for line in lines if line.startswith("4,8,"))
-    assert lost == "4,8,,,,,,,0.2,3,5,,"
+    assert lost == "4,8,,,,,,,0.2,3,5" + 12 * ","
 
 
 def test_the_npz_has_the_same_columns_and_needs_no_pickle(tmp_path):
-    with np.load(write_correlation(tmp_path, _grid())[1], allow_pickle=False) as arrays:
-        for name, column in planar_table(_grid()).items():
+    with np.load(write_correlation(tmp_path, *_field())[1], allow_pickle=False) as arrays:
+        for name, column in planar_table(*_field()).items():
             assert_array_equal(arrays[name], column)
         assert (arrays["spacing"], arrays["subset_size"]) == (4, 15)
+        assert (arrays["strain_window"], arrays["gauge_px"]) == (3, 2 * 4 + 15)
 
 
 def test_no_partial_files_are_left(tmp_path):
-    write_correlation(tmp_path, _grid())
+    write_correlation(tmp_path, *_field())
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "correlation.csv",
         "correlation.npz",

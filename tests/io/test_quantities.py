@@ -8,6 +8,7 @@ from shapemorph.core.grid import CorrelationGrid
 from shapemorph.io.outputs_page import outputs_page
 from shapemorph.io.quantities import PLANAR, QUANTITIES, REFERENCE
 from shapemorph.methods.planar_results import planar_table
+from shapemorph.methods.planar_strain import planar_strain
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -39,4 +40,4 @@ def test_the_table_of_two_pictures_is_listed_whole_and_in_order():
         points, points, gradient, status + 1.0, status + 3, points, status,
         spacing=4, subset_size=15, kernel_seconds=0.1,
     )  # fmt: skip
-    assert [name for name, *_ in PLANAR] == list(planar_table(grid))
+    assert [name for name, *_ in PLANAR] == list(planar_table(grid, planar_strain(grid, window=3)))

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.planar_results import planar_table
+from shapemorph.methods.planar_strain import planar_strain
 
 
 @pytest.fixture
@@ -26,8 +27,12 @@ def grid():
     )  # fmt: skip
 
 
+def _table(grid):
+    return planar_table(grid, planar_strain(grid, window=3))
+
+
 def test_one_row_for_each_point_inside_the_mask(grid):
-    table = planar_table(grid)
+    table = _table(grid)
     assert {len(column) for column in table.values()} == {5}
     assert_array_equal(table["x_px"], [10, 20, 10, 15, 20])
     assert_array_equal(table["y_px"], [5, 5, 10, 10, 10])
@@ -35,7 +40,7 @@ def test_one_row_for_each_point_inside_the_mask(grid):
 
 
 def test_displacement_is_deformed_less_reference(grid):
-    table = planar_table(grid)
+    table = _table(grid)
     assert table["u_px"][0] == pytest.approx(10 * 0.1 + 5 * 0.02 + 2.0)
     assert table["v_px"][0] == pytest.approx(10 * -0.03 - 5 * 0.05 - 1.0)
     assert_allclose(
@@ -47,14 +52,14 @@ def test_displacement_is_deformed_less_reference(grid):
 
 
 def test_a_lost_point_has_a_status_and_no_numbers(grid):
-    table = planar_table(grid)
+    table = _table(grid)
     for name in ("u_px", "v_px", "du_dx", "dv_dy", "sigma_u_px"):
         assert np.isnan(table[name][3])
     assert table["zncc"][3] == 0.9
 
 
-def test_columns_are_those_of_the_contract(grid):
-    assert list(planar_table(grid)) == [
+def test_columns_are_those_of_the_contract_and_then_the_strain(grid):
+    assert list(_table(grid)) == [
         "x_px",
         "y_px",
         "u_px",
@@ -68,4 +73,14 @@ def test_columns_are_those_of_the_contract(grid):
         "status",
         "sigma_u_px",
         "sigma_v_px",
+        "E_xx",
+        "E_xy",
+        "E_yy",
+        "E1",
+        "E2",
+        "hencky_xx",
+        "hencky_xy",
+        "hencky_yy",
+        "hencky_1",
+        "hencky_2",
     ]

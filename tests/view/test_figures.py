@@ -7,7 +7,6 @@ import pytest
 from PIL import Image
 
 from shapemorph.core.measurement import Measurement
-from shapemorph.core.status import PointStatus
 from shapemorph.view.captions import CAPTIONS
 from shapemorph.view.drawing_process import DrawingProcess
 from shapemorph.view.figures import (
@@ -18,13 +17,11 @@ from shapemorph.view.figures import (
     matching_figures,
     morph_figures,
     write_pictures,
-    write_planar_figures,
 )
 from shapemorph.view.maps import grid_extent
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.plots import even_selection
 from shapemorph.view.shapes import reference_figures, shape_figures, shapes_of
-from shapemorph.view.style import STATUS_COLOURS
 
 NO_GL = sys.platform.startswith("linux") and not all(
     ctypes.util.find_library(name) for name in ("EGL", "GL")
@@ -52,16 +49,6 @@ def test_every_figure_has_a_caption_and_shows_something(drawn):
             pixels = np.asarray(image.convert("L"))
         assert pixels.shape[1] >= 960, path.name
         assert np.count_nonzero(pixels < 200) > 5000, path.name
-
-
-def test_planar_figures_need_no_opengl(results, tmp_path):
-    reference = results.pair.reference.calibrated.image
-    write_planar_figures(results.grid, reference, tmp_path / "new")
-    (path,) = (tmp_path / "new").iterdir()
-    colours = Image.open(path).convert("RGB").getcolors(1 << 20)
-    lost = bytes.fromhex(STATUS_COLOURS[PointStatus.LOW_ZNCC][1:])
-    # the map has 193 of 3675 points with this status on about 550 x 370 px, and the key a patch
-    assert {colour: count for count, colour in colours}[tuple(lost)] > 3000
 
 
 def _flat(results):

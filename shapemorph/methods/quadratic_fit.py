@@ -1,0 +1,51 @@
+"""Quadratic surfaces through the points of windows, about their centres."""
+
+import numpy as np
+
+from shapemorph.core.arrays import Bools, Floats
+from shapemorph.methods.least_squares import fit_operators
+
+WORST_CONDITION = 1e7  # of normal equations in coordinates of order one
+_FEWEST_QUADRATIC = 9  # half as many again as the six coefficients
+_FEWEST_LINEAR = 4  # one more than the three coefficients
+
+
+def quadratic_operators(coordinates: Floats, inside: Bools) -> Floats:
+    """Find the matrices that turn data into coefficients of 1, x, y, x^2, xy, y^2.
+
+    Planes are fitted where the points are too few for quadratics, or lie in too narrow a
+    strip.
+
+    Parameters
+    ----------
+    coordinates : (N, K, 2)
+        Of the points of N windows, from their centres.
+    inside : (N, K)
+        Which points take part.
+
+    Returns
+    -------
+    (N, 6, K)
+        Coefficients = operator @ data; NaN where the points settle not even a plane.
+    """
+    scale = _width(coordinates, inside)
+    x, y = np.moveaxis(coordinates / scale[:, None, None], 2, 0)
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
+    operators = fit_operators(terms, inside, worst_condition=WORST_CONDITION)
+    count = inside.sum(axis=1)
+    poor = (count < _FEWEST_QUADRATIC) | ~np.isfinite(operators[:, 0, 0])
+    operators[poor] = 0.0
+    operators[poor, :3] = fit_operators(
+        terms[poor][:, :, :3], inside[poor], worst_condition=WORST_CONDITION
+    )
+    operators[count < _FEWEST_LINEAR] = np.nan
+    powers = np.array([0, 1, 1, 2, 2, 2])
+    scaled: Floats = operators / scale[:, None, None] ** powers[:, None]
+    return scaled
+
+
+def _width(coordinates: Floats, inside: Bools) -> Floats:
+    """Root mean square distance from the centre; 1 where there is none, (N,)."""
+    squared = np.where(inside, (coordinates**2).sum(axis=2), 0.0).sum(axis=1)
+    width = np.sqrt(squared / np.maximum(inside.sum(axis=1), 1))
+    return np.where(width > 0, width, 1.0)
