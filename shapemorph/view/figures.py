@@ -12,7 +12,6 @@ from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.results import RunResults
-from shapemorph.view.laws import laws_figure
 from shapemorph.view.maps import (
     correlation_figure,
     distortion_figure,
@@ -79,4 +78,6 @@ def histogram_figures(measurement: Measurement) -> Named:
 
 def law_figures(results: RunResults, spread: LawSpread) -> Named:
     """Draw the morph laws of a run beside the one that was found."""
+    from shapemorph.view.laws import laws_figure  # with it comes numba: half a second
+
     yield "morph_laws", laws_figure(results, spread)
