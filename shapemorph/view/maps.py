@@ -35,6 +35,8 @@ PANEL, PANEL_ROOM, PANEL_HEAD = 560, 150, 76
 """Largest side of a map, room beside it for its colour bar, above it for its title, px."""
 NARROW = 0.6
 """Maps of less than this share of their height stand all in one row."""
+LONG = 2.0
+"""Width over height of pictures that are shown below each other."""
 AXIS_ROOM = 46
 """Room for the numbers at the axes, px."""
 
@@ -69,12 +71,16 @@ class Panel:
 def _panel_grid(
     count: int, shapes: Sequence[tuple[int, int]], heading: Heading
 ) -> "tuple[Figure, list[Box]]":
-    """Make the figure for maps, two in a row or all where they are narrow.
+    """Make the figure for maps, two in a row, all where they are narrow, one where long.
 
-    Returns the figure and the boxes of the maps (left, top, width, height).
+    A long one, such as charts side by side, gets twice the width. Returns the figure and
+    the boxes of the maps (left, top, width, height).
     """
-    sizes = [np.array(shape[::-1]) * PANEL / max(shape) for shape in shapes]
-    columns = count if max(size[0] for size in sizes) < NARROW * PANEL else min(2, count)
+    long = all(width > LONG * height for height, width in shapes)
+    side = 2 * PANEL if long else PANEL
+    sizes = [np.array(shape[::-1]) * side / max(shape) for shape in shapes]
+    narrow = max(size[0] for size in sizes) < NARROW * side
+    columns = 1 if long else count if narrow else min(2, count)
     room = AXIS_ROOM + PANEL_ROOM
     wide = [max(size[0] for size in sizes[k::columns]) + room for k in range(columns)]
     tall = [max(size[1] for size in sizes[k : k + columns]) for k in range(0, count, columns)]

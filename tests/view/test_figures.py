@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from shapemorph.core.image import GreyImage
 from shapemorph.core.measurement import Measurement
 from shapemorph.view.captions import CAPTIONS
 from shapemorph.view.drawing_process import DrawingProcess
@@ -18,7 +19,7 @@ from shapemorph.view.figures import (
     morph_figures,
     write_pictures,
 )
-from shapemorph.view.maps import grid_extent
+from shapemorph.view.maps import grid_extent, surface_distortion_figure
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.plots import even_selection
 from shapemorph.view.shapes import reference_figures, shape_figures, shapes_of
@@ -100,3 +101,25 @@ def test_even_selection_takes_one_point_of_each_box():
     chosen = even_selection(np.stack([x.ravel(), y.ravel()], -1), 5)
     assert len(chosen) == 25
     assert len(np.unique(chosen)) == 25
+
+
+def test_long_pictures_are_shown_below_each_other(results):
+    def stretched(times):
+        surface = results.pair.reference
+        triangle = np.tile(surface.calibrated.triangle, (1, times))
+        wide = dataclasses.replace(
+            surface.calibrated,
+            image=GreyImage(np.ones(triangle.shape, np.float32), triangle >= 0),
+            triangle=triangle,
+            barycentric=np.tile(surface.calibrated.barycentric, (1, times, 1)),
+        )
+        return surface_distortion_figure("plate", dataclasses.replace(surface, calibrated=wide))
+
+    def corners(figure):
+        maps = [axes.get_position() for axes in figure.axes if axes.get_images()]
+        return [(box.x0, box.y0) for box in maps if box.width > 0.2]
+
+    (left, top), (right, level) = corners(stretched(1))
+    assert (right > left, level) == (True, pytest.approx(top))
+    (left, top), (below, lower) = corners(stretched(4))
+    assert (lower < top, below) == (True, pytest.approx(left))
