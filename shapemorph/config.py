@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Unit = Literal["mm", "um", "cm", "m", "in"]
 Vector3 = tuple[float, float, float]
+Channel = Literal["auto", "luma", "red", "green", "blue"]
 
 
 class Section(BaseModel):
@@ -44,6 +45,11 @@ class InputsConfig(Section):
     units: Unit = Field("mm", description="length unit of both files, whatever their format")
     reference_units: Unit | None = Field(None, description="overrides units for the reference")
     deformed_units: Unit | None = Field(None, description="overrides units for the deformed")
+    channel: Channel = Field(
+        "auto",
+        description="what of the colours becomes grey, on both sides; auto: luma, unless a channel "
+        "shows twice its gradient",
+    )
     landmarks: Path | None = Field(
         None, description="CSV name,ref_x,ref_y,ref_z,def_x,def_y,def_z in the frames of the files"
     )

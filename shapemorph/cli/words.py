@@ -90,6 +90,8 @@ def describe_check(found: dict[str, Any]) -> Iterator[str]:
             f"{report['grey_source']}"
         )
         yield from (f"            {note}" for note in report["notes"])
+    if found["inputs"]["channel"] != "luma":
+        yield f"grey        {found['inputs']['channel']}: {found['inputs']['channel_reason']}"
     if found["landmarks"]:
         yield f"landmarks   {', '.join(found['landmarks'])}"
     yield "ready to run"

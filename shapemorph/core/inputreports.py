@@ -14,9 +14,13 @@ class InputReports:
     reference, deformed : MeshReport
     reference_size, deformed_size : float
         Diagonals of the bounding boxes, mm.
+    channel, channel_reason : str
+        What of the colours of both became grey, and why.
     """
 
     reference: MeshReport
     deformed: MeshReport
     reference_size: float
     deformed_size: float
+    channel: str
+    channel_reason: str

@@ -33,6 +33,11 @@ class MeshReport:
     unit : str
     notes : tuple of str
         One sentence each for what a user should know.
+    content : tuple of float
+        Gradient content of luma, red, green and blue of its textures, grey levels^2 / px^2;
+        empty where they are grey.
+    channel : str
+        What of its colours became grey.
     """
 
     name: str
@@ -54,3 +59,5 @@ class MeshReport:
     grey_source: str
     unit: str
     notes: tuple[str, ...]
+    content: tuple[float, ...] = ()
+    channel: str = "luma"

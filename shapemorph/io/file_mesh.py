@@ -1,5 +1,6 @@
 """A mesh as its file has it: triangles, before units, welding and cleaning."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.core.errors import DataError
+from shapemorph.io.images import Picture
 from shapemorph.methods.polygons import triangulate
 
 Wrap = Literal["repeat", "mirror", "clamp"]
@@ -39,6 +41,9 @@ class FileMesh:
     wrap : str
         How the picture goes on beyond its border.
     notes : tuple of str
+    content : tuple of float
+        Mean gradient content of the channels of its textures; empty where they, or one of
+        them, are grey.
     """
 
     vertices: Floats
@@ -53,22 +58,27 @@ class FileMesh:
     polygons_split: int
     wrap: Wrap
     notes: tuple[str, ...]
+    content: tuple[float, ...] = ()
 
     def noted(self, *notes: str) -> "FileMesh":
         """Return the same mesh with more notes."""
         return replace(self, notes=(*self.notes, *notes))
 
     def textured(
-        self, wedge_uv: Floats, face_texture: Ints, textures: tuple[Greys, ...], wrap: Wrap
+        self, wedge_uv: Floats, face_texture: Ints, pictures: Sequence[Picture], wrap: Wrap
     ) -> "FileMesh":
-        """Return the same triangles with textures on them."""
+        """Return the same triangles with textures on them, and what was noted about these."""
+        contents = [picture.content for picture in pictures]
+        known = bool(contents) and all(contents)
         return replace(
             self,
             wedge_uv=wedge_uv,
             face_texture=face_texture,
-            textures=textures,
+            textures=tuple(picture.grey for picture in pictures),
             wrap=wrap,
             grey_source="texture",
+            notes=(*self.notes, *(note for picture in pictures for note in picture.notes)),
+            content=tuple(float(v) for v in np.mean(contents, axis=0)) if known else (),
         )
 
     def coloured(self, corner_grey: Floats) -> "FileMesh":

@@ -19,8 +19,8 @@ from shapemorph.io.gltf_data import (
     read_accessor,
     read_texture,
 )
-from shapemorph.io.greys import LUMA
 from shapemorph.io.point_cloud import mesh_of_points
+from shapemorph.methods.colour_content import CHANNELS
 
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
 _WRAPS: Mapping[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
@@ -41,7 +41,7 @@ class _Part:
     grey: Floats
 
 
-def read_gltf(path: Path) -> FileMesh:
+def read_gltf(path: Path, channel: str = "luma") -> FileMesh:
     """Read a glTF or GLB file.
 
     Positions take the transforms of their nodes and otherwise stay as they are, whatever the
@@ -56,7 +56,7 @@ def read_gltf(path: Path) -> FileMesh:
     file = open_gltf(path)
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused by the checks
-            return _assembled(file, _all_parts(file))
+            return _assembled(file, _all_parts(file, channel), channel)
     except DataError:
         raise
     except (KeyError, IndexError, TypeError, AttributeError, ValueError, OverflowError) as error:
@@ -106,12 +106,12 @@ def _matrix(node: Mapping[str, Any]) -> Floats:
     return matrix
 
 
-def _all_parts(file: GltfFile) -> list[_Part]:
+def _all_parts(file: GltfFile, channel: str) -> list[_Part]:
     """Parts of all nodes; a mesh may be placed many times, so their sum is bounded."""
     parts: list[_Part] = []
     total = 0
     for mesh, matrix in _placed(file):
-        for part in _parts(file, mesh, matrix):
+        for part in _parts(file, mesh, matrix, channel):
             parts.append(part)
             total += len(part.faces) + len(part.vertices)
             if total > _MAX_ELEMENTS:
@@ -119,13 +119,13 @@ def _all_parts(file: GltfFile) -> list[_Part]:
     return parts
 
 
-def _parts(file: GltfFile, mesh: int, matrix: Floats) -> Iterator[_Part]:
+def _parts(file: GltfFile, mesh: int, matrix: Floats, channel: str) -> Iterator[_Part]:
     for primitive in file.json["meshes"][mesh]["primitives"]:
         if primitive.get("mode", _TRIANGLES) in (_POINTS, _TRIANGLES, _STRIP, _FAN):
-            yield _part(file, primitive, matrix)
+            yield _part(file, primitive, matrix, channel)
 
 
-def _part(file: GltfFile, primitive: Mapping[str, Any], matrix: Floats) -> _Part:
+def _part(file: GltfFile, primitive: Mapping[str, Any], matrix: Floats, channel: str) -> _Part:
     attributes = primitive["attributes"]
     if "KHR_draco_mesh_compression" in primitive.get("extensions", {}):
         raise compressed(file.name, "KHR_draco_mesh_compression")
@@ -137,7 +137,7 @@ def _part(file: GltfFile, primitive: Mapping[str, Any], matrix: Floats) -> _Part
     if np.linalg.det(matrix[:3, :3]) < 0:
         faces = faces[:, ::-1]
     uv, texture = _texture_coordinates(file, primitive, len(vertices))
-    return _Part(vertices, faces, uv, texture, _grey(file, attributes, len(vertices)))
+    return _Part(vertices, faces, uv, texture, _grey(file, attributes, len(vertices), channel))
 
 
 def _faces(file: GltfFile, primitive: Mapping[str, Any], count: int) -> Ints:
@@ -197,14 +197,15 @@ def _transformed(uv: Floats, transform: Mapping[str, Any]) -> Floats:
     return moved
 
 
-def _grey(file: GltfFile, attributes: Mapping[str, Any], count: int) -> Floats:
+def _grey(file: GltfFile, attributes: Mapping[str, Any], count: int, channel: str) -> Floats:
     """Grey (N,) of COLOR_0 as a picture would store it; NaN without it."""
     if "COLOR_0" not in attributes:
         return np.full(count, np.nan)
     colour = read_accessor(file, attributes["COLOR_0"])
     if colour.dtype.kind in "iu":  # integers that the file forgot to call normalised
         colour = colour / np.iinfo(colour.dtype).max
-    grey: Floats = _srgb(np.clip(colour[:count, :3].astype(np.float64), 0.0, 1.0)) @ LUMA
+    linear = np.clip(colour[:count, :3].astype(np.float64), 0.0, 1.0)
+    grey: Floats = _srgb(linear) @ CHANNELS[channel]
     return grey
 
 
@@ -214,7 +215,7 @@ def _srgb(linear: Floats) -> Floats:
     return np.where(linear <= 0.0031308, 12.92 * linear, bright)
 
 
-def _assembled(file: GltfFile, parts: list[_Part]) -> FileMesh:
+def _assembled(file: GltfFile, parts: list[_Part], channel: str) -> FileMesh:
     """Join the parts into one mesh, or one cloud where there are no faces."""
     if not parts or not any(len(part.vertices) for part in parts):
         raise DataError(f"{file.name}: expected a mesh in the scene, got none")
@@ -229,7 +230,7 @@ def _assembled(file: GltfFile, parts: list[_Part]) -> FileMesh:
     texture = np.concatenate([np.full(len(part.faces), part.texture) for part in parts])
     if (texture >= 0).any():
         uv = np.concatenate([part.uv for part in parts])[faces]
-        return _textured(file, mesh, uv, texture)
+        return _textured(file, replace(mesh, wedge_uv=uv), texture, channel)
     coloured = np.isfinite(grey[faces]).all(axis=1)
     if not coloured.any():
         raise DataError(
@@ -248,14 +249,12 @@ def _cloud(file: GltfFile, points: Floats, grey: Floats, file_format: str) -> Fi
     return mesh_of_points(points, grey, name=file.name, file_format=file_format)
 
 
-def _textured(file: GltfFile, mesh: FileMesh, uv: Floats, texture: Ints) -> FileMesh:
+def _textured(file: GltfFile, mesh: FileMesh, texture: Ints, channel: str) -> FileMesh:
     """Decode the textures in use and number them from 0."""
     used = np.unique(texture[texture >= 0])
-    pictures = [read_texture(file, int(index)) for index in used]
+    pictures = [read_texture(file, int(index), channel) for index in used]
     number = np.where(texture >= 0, np.searchsorted(used, texture), -1)
-    notes = [note for picture in pictures for note in picture.notes]
-    textures = tuple(picture.grey for picture in pictures)
-    return mesh.textured(uv, number, textures, _wrap(file, int(used[0]))).noted(*notes)
+    return mesh.textured(mesh.wedge_uv, number, pictures, _wrap(file, int(used[0])))
 
 
 def _wrap(file: GltfFile, texture: int) -> Wrap:

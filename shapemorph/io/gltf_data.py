@@ -222,7 +222,7 @@ def _with_sparse(file: GltfFile, sparse: Mapping[str, Any], values: NDArray[Any]
     return replaced
 
 
-def read_texture(file: GltfFile, index: int) -> Picture:
+def read_texture(file: GltfFile, index: int, channel: str) -> Picture:
     """Decode the picture of a texture."""
     entry = file.json["textures"][index]
     webp = entry.get("extensions", {}).get("EXT_texture_webp", {})
@@ -239,7 +239,7 @@ def read_texture(file: GltfFile, index: int) -> Picture:
         data = read_uri(file, image["uri"], what="texture")
     else:
         label, (data, _) = "", read_view(file, int(image["bufferView"]))
-    return decode_picture(data, name=f"{file.name}, texture{label or f' {index}'}")
+    return decode_picture(data, name=f"{file.name}, texture{label or f' {index}'}", channel=channel)
 
 
 def children_of(entry: Mapping[str, Any], key: str) -> Sequence[int]:

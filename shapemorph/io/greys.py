@@ -7,16 +7,17 @@ from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import DataError
+from shapemorph.methods.colour_content import CHANNELS
 
-LUMA = np.array([0.2126, 0.7152, 0.0722])  # Rec. 709, on stored values
 _RANGES = (1.0, 255.0, 65535.0)
 
 
-def grey_of(values: NDArray[Any], *, name: str) -> Floats:
+def grey_of(values: NDArray[Any], *, name: str, channel: str = "luma") -> Floats:
     """Turn stored grey (N,) or colour (N, 3) into grey (N,) in [0, 1].
 
     Bytes and 16-bit words count by their full range; other numbers by the smallest of 1, 255
-    and 65535 that holds them all.
+    and 65535 that holds them all. Colour becomes grey by one of
+    :data:`~shapemorph.methods.colour_content.CHANNELS`.
 
     Raises
     ------
@@ -39,5 +40,7 @@ def grey_of(values: NDArray[Any], *, name: str) -> Floats:
             f"{name}: expected grey or colour from 0 to 1, 255 or 65535, got {largest:.6g}: "
             "export them in one of these ranges"
         )
-    grey: Floats = np.clip((plain @ LUMA if plain.ndim == 2 else plain) / full, 0.0, 1.0)
+    grey: Floats = np.clip(
+        (plain @ CHANNELS[channel] if plain.ndim == 2 else plain) / full, 0.0, 1.0
+    )
     return grey

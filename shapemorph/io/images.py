@@ -14,7 +14,7 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.errors import DataError
 from shapemorph.core.image import GreyImage
-from shapemorph.io.greys import LUMA
+from shapemorph.methods.colour_content import CHANNELS, gradient_content
 
 PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".webp", ".tga")
 
@@ -37,11 +37,15 @@ class Picture:
         Where alpha is at least one half; everywhere without alpha.
     notes : tuple of str
         One sentence each for what a user should know.
+    content : tuple of float
+        Gradient content of its channels, see
+        :func:`~shapemorph.methods.colour_content.gradient_content`; empty for a grey one.
     """
 
     grey: Greys
     opaque: Bools
     notes: tuple[str, ...]
+    content: tuple[float, ...] = ()
 
 
 def read_grey_image(path: Path) -> GreyImage:
@@ -59,9 +63,9 @@ def read_grey_image(path: Path) -> GreyImage:
     return GreyImage(picture.grey, picture.opaque)
 
 
-def read_picture(path: Path) -> Picture:
+def read_picture(path: Path, channel: str = "luma") -> Picture:
     """Read a picture file with notes on what had to be decided."""
-    return decode_picture(read_bytes(path, what="picture"), name=path.name)
+    return decode_picture(read_bytes(path, what="picture"), name=path.name, channel=channel)
 
 
 def read_bytes(path: Path, *, what: str) -> bytes:
@@ -108,7 +112,7 @@ def write_grey_png(path: Path, grey: Greys, mask: Bools) -> None:
         raise DataError(message) from None
 
 
-def decode_picture(data: bytes, *, name: str) -> Picture:
+def decode_picture(data: bytes, *, name: str, channel: str = "luma") -> Picture:
     """Decode the bytes of a picture file.
 
     Parameters
@@ -117,6 +121,9 @@ def decode_picture(data: bytes, *, name: str) -> Picture:
         A whole PNG, TIFF, JPEG, BMP, WebP or TGA file.
     name : str
         What messages call it.
+    channel : str
+        What of its colour becomes grey: a name in
+        :data:`~shapemorph.methods.colour_content.CHANNELS`.
 
     Raises
     ------
@@ -125,11 +132,11 @@ def decode_picture(data: bytes, *, name: str) -> Picture:
     """
     stored, notes = _stored_values(data, name)
     values, opaque = _without_alpha(stored)
-    scaled, scale_notes = _unit_range(values, name)
+    scaled, content, scale_notes = _unit_range(values, name, channel)
     if not opaque.all():
         share = 1.0 - float(opaque.mean())
         notes += (f"{name}: {share:.1%} of its pixels are transparent; used as they are stored",)
-    return Picture(scaled, opaque, notes + scale_notes)
+    return Picture(scaled, opaque, notes + scale_notes, content)
 
 
 def _stored_values(data: bytes, name: str) -> tuple[np.ndarray[Any, Any], tuple[str, ...]]:
@@ -255,13 +262,15 @@ def _without_alpha(stored: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], 
     return colour, opaque
 
 
-def _unit_range(values: np.ndarray[Any, Any], name: str) -> tuple[Greys, tuple[str, ...]]:
-    """Grey in [0, 1] and a note where the range of the values had to be guessed."""
+def _unit_range(
+    values: np.ndarray[Any, Any], name: str, channel: str
+) -> tuple[Greys, tuple[float, ...], tuple[str, ...]]:
+    """Grey in [0, 1], content of channels, and a note where the range had to be guessed."""
     if values.dtype == np.bool_:
         values = values.astype(np.uint8) * np.uint8(255)
     if values.dtype in (np.dtype(np.uint8), np.dtype(np.uint16)):
         full = float(np.iinfo(values.dtype).max)
-        return _luma(values, 0.0, full), ()
+        return *_levels(values, 0.0, full, channel), ()
     finite = np.isfinite(values)
     if not finite.any():
         raise DataError(f"{name}: expected grey levels, got no finite value: export it again")
@@ -273,16 +282,20 @@ def _unit_range(values: np.ndarray[Any, Any], name: str) -> tuple[Greys, tuple[s
     else:
         floor, full = low, high
     note = f"{name}: values {low:.6g} to {high:.6g} taken as grey from {floor:.6g} to {full:.6g}"
-    return _luma(np.where(finite, values, floor), floor, full), (note,)
+    return *_levels(np.where(finite, values, floor), floor, full, channel), (note,)
 
 
-def _luma(values: np.ndarray[Any, Any], floor: float, full: float) -> Greys:
-    """Rec. 709 luma, scaled so that floor..full is 0..1."""
+def _levels(
+    values: np.ndarray[Any, Any], floor: float, full: float, channel: str
+) -> tuple[Greys, tuple[float, ...]]:
+    """Grey, scaled so that floor..full is 0..1, and the content of the channels of colour."""
     from shapemorph.kernels.luma import mix_channels
 
-    weights = np.ones(1) if values.ndim == 2 else LUMA
+    weights = np.ones(1) if values.ndim == 2 else CHANNELS[channel]
     grey: Greys = mix_channels(values.reshape(*values.shape[:2], -1), weights, floor, full)
-    return grey
+    if values.ndim == 2:
+        return grey, ()
+    return grey, tuple(float(each) for each in gradient_content(values, full - floor))
 
 
 @contextmanager

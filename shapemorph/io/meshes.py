@@ -22,7 +22,7 @@ MM_PER_UNIT: Mapping[str, float] = MappingProxyType(
     {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1000.0, "in": 25.4}
 )
 
-READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
+READERS: Mapping[str, Callable[[Path, str], FileMesh]] = MappingProxyType(
     {
         ".obj": read_obj,
         ".ply": read_ply,
@@ -42,7 +42,7 @@ _FLATNESS = 1e-9
 _LEAST_PIECE = 0.02
 
 
-def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
+def read_mesh(path: Path, *, unit: str, channel: str = "luma") -> tuple[TexturedMesh, MeshReport]:
     """Read a textured mesh or a coloured point cloud.
 
     Parameters
@@ -51,6 +51,8 @@ def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
         OBJ, PLY, GLB, glTF, or a table of points (CSV, TXT, XYZ).
     unit : {"mm", "um", "cm", "m", "in"}
         Of the lengths in the file, whatever its format.
+    channel : {"luma", "red", "green", "blue"}
+        What of its colours becomes grey.
 
     Returns
     -------
@@ -68,7 +70,7 @@ def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
     """
     if unit not in MM_PER_UNIT:
         raise ConfigError(f"expected a unit of {', '.join(MM_PER_UNIT)}, got {unit!r}")
-    loose = _with_pattern_only(_reader(path)(path), path.name)
+    loose = _with_pattern_only(_reader(path)(path, channel), path.name)
     try:
         surface = clean_surface(
             loose.vertices,
@@ -83,10 +85,11 @@ def read_mesh(path: Path, *, unit: str) -> tuple[TexturedMesh, MeshReport]:
     if kept.textures:
         kept = into_pictures(kept, path.name)
     check_not_blank(kept, path.name)
-    return _mesh(kept, path.name, unit), _report(kept, surface.counts, path.name, unit)
+    report = _report(kept, surface.counts, path.name, unit)
+    return _mesh(kept, path.name, unit), replace(report, channel=channel)
 
 
-def _reader(path: Path) -> Callable[[Path], FileMesh]:
+def _reader(path: Path) -> Callable[[Path, str], FileMesh]:
     suffix = path.suffix.lower()
     if path.is_dir():
         raise DataError(f"expected a mesh file, got the folder {path}: name the file in it")
@@ -162,6 +165,7 @@ def _report(mesh: FileMesh, counts: CleaningCounts, name: str, unit: str) -> Mes
         euler_characteristic=counts.euler_characteristic,
         texture_sizes=tuple((t.shape[0], t.shape[1]) for t in mesh.textures),
         grey_source=mesh.grey_source,
+        content=mesh.content,
         unit=unit,
         notes=(*mesh.notes, *_explanations(counts)),
     )

@@ -1,10 +1,11 @@
 """Wavefront OBJ with its materials and textures."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.arrays import Ints
 from shapemorph.core.errors import DataError
 from shapemorph.io.file_mesh import FileMesh, Wrap, bare_mesh, check_positions, cut_polygons
 from shapemorph.io.greys import grey_of
@@ -20,7 +21,7 @@ from shapemorph.io.obj_text import (
 from shapemorph.io.textures import find_obvious_picture, find_picture, load_textures
 
 
-def read_obj(path: Path) -> FileMesh:
+def read_obj(path: Path, channel: str = "luma") -> FileMesh:
     """Read an OBJ file: polygons, wedge UVs, materials, vertex colours.
 
     Raises
@@ -41,32 +42,33 @@ def read_obj(path: Path) -> FileMesh:
     wedge_row = polygons.uv[corners]
     if (wedge_row >= 0).any():
         wedge_uv = np.concatenate([uv, np.full((1, 2), np.nan)])[wedge_row]
-        skinned = _skin(path, lines, polygons.line[polygon], mesh, wedge_uv)
+        bare = replace(mesh, wedge_uv=wedge_uv)
+        skinned = _skin(path, lines, polygons.line[polygon], bare, channel)
         if skinned is not None:
             return skinned
     if colours is None:
         raise _without_pattern(path, lines, has_uv=bool(len(uv)))
-    return mesh.coloured(grey_of(colours, name=path.name)[faces])
+    return mesh.coloured(grey_of(colours, name=path.name, channel=channel)[faces])
 
 
 def _skin(
-    path: Path, lines: ObjLines, face_line: Ints, mesh: FileMesh, wedge_uv: Floats
+    path: Path, lines: ObjLines, face_line: Ints, mesh: FileMesh, channel: str
 ) -> FileMesh | None:
-    """Lay the textures on the faces; None if no material has one."""
+    """Lay the textures on the faces, which know their UVs; None if no material has one."""
     materials, missing = _materials(path, lines)
     names, face_name = _material_names(lines, face_line)
     textured = {m.name: m for m in materials if m.picture}
     used = [textured.get(name) for name in names]
     if any(used[k] is not None for k in np.unique(face_name)):
-        return _with_materials(mesh, wedge_uv, used, face_name)
+        return _with_materials(mesh, used, face_name, channel)
     known = {m.name for m in materials}
     if len(textured) == 1 and not known.intersection(names):
         only = next(iter(textured.values()))
         note = f"faces name no known material; {only.name} is used, the only one with a texture"
-        return _with_materials(mesh, wedge_uv, [only] * len(names), face_name).noted(note)
+        return _with_materials(mesh, [only] * len(names), face_name, channel).noted(note)
     if materials or len(lines.rows(b"v")) == 0:
         return None
-    return _with_obvious_picture(path, mesh, wedge_uv, missing)
+    return _with_obvious_picture(path, mesh, missing, channel)
 
 
 def _materials(path: Path, lines: ObjLines) -> tuple[list[Material], list[str]]:
@@ -105,7 +107,7 @@ def _material_names(lines: ObjLines, face_line: Ints) -> tuple[list[str], Ints]:
 
 
 def _with_materials(
-    mesh: FileMesh, wedge_uv: Floats, used: list[Material | None], face_name: Ints
+    mesh: FileMesh, used: list[Material | None], face_name: Ints, channel: str
 ) -> FileMesh:
     """Lay the pictures of materials on the faces that use them; each picture is read once."""
     paths: dict[Path, int] = {}
@@ -120,26 +122,22 @@ def _with_materials(
         texture_of[k] = paths.setdefault(picture, len(paths))
         scale[k], offset[k] = material.scale, material.offset
         notes += [note] if note else []
-    textures, decoding = load_textures(list(paths))
-    uv = wedge_uv
+    uv = mesh.wedge_uv
     if (scale != 1.0).any() or offset.any():
         with np.errstate(over="ignore"):  # infinite ones are refused later
-            uv = wedge_uv * scale[face_name][:, None] + offset[face_name][:, None]
+            uv = uv * scale[face_name][:, None] + offset[face_name][:, None]
     clamped = any(m is not None and m.clamp for m in used)
     wrap: Wrap = "clamp" if clamped else "repeat"
-    skinned = mesh.textured(uv, texture_of[face_name], textures, wrap)
-    return skinned.noted(*notes, *decoding)
+    pictures = load_textures(list(paths), channel)
+    return mesh.noted(*notes).textured(uv, texture_of[face_name], pictures, wrap)
 
 
-def _with_obvious_picture(
-    path: Path, mesh: FileMesh, wedge_uv: Floats, missing: list[str]
-) -> FileMesh:
+def _with_obvious_picture(path: Path, mesh: FileMesh, missing: list[str], channel: str) -> FileMesh:
     picture, note = find_obvious_picture(path)
-    textures, decoding = load_textures([picture])
     lost = [f"material file {name} does not exist" for name in missing]
-    face_texture = np.zeros(len(wedge_uv), dtype=np.int64)
-    skinned = mesh.textured(wedge_uv, face_texture, textures, "repeat")
-    return skinned.noted(*lost, note, *decoding)
+    face_texture = np.zeros(len(mesh.faces), dtype=np.int64)
+    pictures = load_textures([picture], channel)
+    return mesh.noted(*lost, note).textured(mesh.wedge_uv, face_texture, pictures, "repeat")
 
 
 def _without_pattern(path: Path, lines: ObjLines, *, has_uv: bool) -> DataError:

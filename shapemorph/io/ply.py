@@ -1,5 +1,6 @@
 """PLY meshes with vertex colours or a texture, and PLY point clouds."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ _COLOUR_NAMES = (
 )
 
 
-def read_ply(path: Path) -> FileMesh:
+def read_ply(path: Path, channel: str = "luma") -> FileMesh:
     """Read a PLY file: a texture where it names one, else vertex colours; meshed if a cloud.
 
     Raises
@@ -40,7 +41,7 @@ def read_ply(path: Path) -> FileMesh:
     vertices = _stacked(vertex, ("x", "y", "z"))
     if vertices is None or len(vertices) == 0:
         raise DataError(f"{path.name}: expected vertices with x, y and z, got none")
-    grey, grey_note = _vertex_grey(vertex, path.name)
+    grey, grey_note = _vertex_grey(vertex, path.name, channel)
     polygons = _polygons(face)
     if "tristrips" in tables:
         raise DataError(f"{path.name}: expected faces, got triangle strips: export triangles")
@@ -50,7 +51,8 @@ def read_ply(path: Path) -> FileMesh:
     pictures = [c.split(None, 1)[1] for c in header.comments if _names_texture(c)]
     wedge_uv = _wedge_uv(vertex, face, mesh.faces, corner_row)
     if wedge_uv is not None and (pictures or grey is None):
-        return _textured(path, mesh, wedge_uv, _texture_number(face, polygon), pictures)
+        named = replace(mesh, wedge_uv=wedge_uv, face_texture=_texture_number(face, polygon))
+        return _textured(path, named, pictures, channel)
     if grey is None:
         raise DataError(
             f"{path.name}: expected vertex colours or texture coordinates with a comment "
@@ -70,14 +72,15 @@ def _stacked(table: Table, names: tuple[str, ...]) -> Floats | None:
     return np.stack([column.values.astype(np.float64) for column in columns], axis=1)
 
 
-def _vertex_grey(vertex: Table, name: str) -> tuple[Floats | None, list[str]]:
+def _vertex_grey(vertex: Table, name: str, channel: str) -> tuple[Floats | None, list[str]]:
     """Grey (V,) from the first set of properties that holds a pattern."""
     spare = None
     for names in _COLOUR_NAMES:
         if _stacked(vertex, names) is None:
             continue
         stored = np.stack([vertex[n].values for n in names], axis=1)
-        grey = grey_of(stored if len(names) == 3 else stored[:, 0], name=f"{name} ({names[0]})")
+        used = stored if len(names) == 3 else stored[:, 0]
+        grey = grey_of(used, name=f"{name} ({names[0]})", channel=channel)
         note = [] if len(names) == 3 else [f"grey is the vertex property {names[0]}"]
         if np.ptp(grey) > 0:
             return grey, note
@@ -140,14 +143,13 @@ def _names_texture(comment: str) -> bool:
     return len(words) == 2 and words[0].lower() == "texturefile"
 
 
-def _textured(
-    path: Path, mesh: FileMesh, wedge_uv: Floats, number: Ints, pictures: list[str]
-) -> FileMesh:
+def _textured(path: Path, mesh: FileMesh, pictures: list[str], channel: str) -> FileMesh:
+    """Lay the textures on faces that know their UVs and numbers."""
     if pictures:
         found = [find_picture(named.strip('" '), path.parent) for named in pictures]
     else:
         found = [find_obvious_picture(path)]
-    textures, decoding = load_textures([picture for picture, _ in found])
+    number, textures = mesh.face_texture, load_textures([each for each, _ in found], channel)
     known = np.where((number >= 0) & (number < len(textures)), number, -1)
     notes = [note for _, note in found if note]
-    return mesh.textured(wedge_uv, known, textures, "repeat").noted(*notes, *decoding)
+    return mesh.noted(*notes).textured(mesh.wedge_uv, known, textures, "repeat")

@@ -26,7 +26,7 @@ _GREY_NAMES = ("grey", "gray", "intensity", "value", "brightness", "luminance", 
 _COLOUR_NAMES = (("r", "g", "b"), ("red", "green", "blue"))
 
 
-def read_table(path: Path) -> FileMesh:
+def read_table(path: Path, channel: str = "luma") -> FileMesh:
     """Read a table of points X, Y, Z, grey or X, Y, Z, R, G, B and mesh it.
 
     Columns are separated by commas, semicolons (then decimals may have a comma), tabs or
@@ -43,7 +43,8 @@ def read_table(path: Path) -> FileMesh:
     grey_columns = used[:, 3:]
     known = np.asarray(np.isfinite(used).all(axis=1))
     stored = grey_columns[known]
-    grey = grey_of(stored if stored.shape[1] == 3 else stored[:, 0], name=path.name)
+    used_grey = stored if stored.shape[1] == 3 else stored[:, 0]
+    grey = grey_of(used_grey, name=path.name, channel=channel)
     mesh = mesh_of_points(used[known, :3], grey, name=path.name, file_format="table of points")
     lost = int((~known).sum())
     gaps = [f"{lost} of {len(known)} points without a value were left out"] if lost else []

@@ -9,7 +9,7 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 from shapemorph.core.errors import DataError
 from shapemorph.io.file_mesh import FileMesh, Wrap
-from shapemorph.io.images import PICTURE_SUFFIXES, read_picture
+from shapemorph.io.images import PICTURE_SUFFIXES, Picture, read_picture
 
 _LARGEST_UV = 1e4  # beyond it single precision does not resolve texels
 _MAX_UNROLLED = 1 << 28  # texels
@@ -86,11 +86,9 @@ def find_obvious_picture(mesh: Path) -> tuple[Path, str]:
     )
 
 
-def load_textures(paths: Sequence[Path]) -> tuple[tuple[Greys, ...], tuple[str, ...]]:
-    """Read each picture as grey, with the notes of all."""
-    pictures = [read_picture(path) for path in paths]
-    notes = tuple(note for picture in pictures for note in picture.notes)
-    return tuple(picture.grey for picture in pictures), notes
+def load_textures(paths: Sequence[Path], channel: str) -> tuple[Picture, ...]:
+    """Read each picture; a channel of its colour becomes grey."""
+    return tuple(read_picture(path, channel) for path in paths)
 
 
 def into_pictures(mesh: FileMesh, name: str) -> FileMesh:
@@ -132,10 +130,10 @@ def into_pictures(mesh: FileMesh, name: str) -> FileMesh:
 
 
 def check_not_blank(mesh: FileMesh, name: str) -> None:
-    """Refuse a mesh whose grey is the same everywhere on its surface."""
+    """Refuse a mesh whose grey is the same everywhere on its surface, and whose colour is."""
     used = _sampled_grey(mesh) if mesh.textures else mesh.corner_grey.ravel()
     spread = float(np.std(used))
-    if spread < _BLANK:
+    if spread < _BLANK and not max(mesh.content, default=0.0) > 0:
         raise DataError(
             f"{name}: expected a pattern to follow, got a blank {mesh.grey_source} (standard "
             f"deviation {spread * 255:.2f} grey levels of 255 where the surface uses it): check "

@@ -123,7 +123,8 @@ class Inputs:
 
     def _take_fingerprint(self, name: str) -> str:
         if name in ("reference", "deformed"):
-            return fingerprint(self.unit(name), files_fingerprint(mesh_sources(self.path(name))))
+            sources = files_fingerprint(mesh_sources(self.path(name)))
+            return fingerprint(self.unit(name), self._config.inputs.channel, sources)
         if name == "reports":
             return fingerprint(self.fingerprint("reference"), self.fingerprint("deformed"))
         if name == "landmarks":
@@ -166,20 +167,47 @@ class Inputs:
         return self._read_landmarks() if name == "landmarks" else self._read_region(name)
 
     def _read_mesh(self, side: str) -> tuple[TexturedMesh, MeshReport]:
+        return self._read_mesh_as(side, self._channel()[0])
+
+    def _read_mesh_as(self, side: str, channel: str) -> tuple[TexturedMesh, MeshReport]:
         from shapemorph.io.meshes import read_mesh
 
-        key = f"{side} and report"
+        key = f"{side} and report, {channel}"
         if key not in self._loaded:
-            self._loaded[key] = read_mesh(self.path(side), unit=self.unit(side))
+            self._loaded[key] = read_mesh(self.path(side), unit=self.unit(side), channel=channel)
         found: tuple[TexturedMesh, MeshReport] = self._loaded[key]
         return found
+
+    def _channel(self) -> tuple[str, str]:
+        """Channel of the colours that becomes grey, and why."""
+        if "channel" not in self._loaded:
+            self._loaded["channel"] = self._choose_channel()
+        found: tuple[str, str] = self._loaded["channel"]
+        return found
+
+    def _choose_channel(self) -> tuple[str, str]:
+        """Ask both files, which are read as luma for that.
+
+        The fingerprint of one leaves out what the other has to say: every stage that reads
+        one reads both.
+        """
+        if self._config.inputs.channel != "auto":
+            return self._config.inputs.channel, "as inputs.channel says"
+        from shapemorph.methods.colour_content import best_channel
+
+        sides = ("reference", "deformed")
+        best, reason = best_channel([self._read_mesh_as(s, "luma")[1].content for s in sides])
+        if best != "luma":
+            for side in sides:
+                del self._loaded[f"{side} and report, luma"]
+        return best, reason
 
     def _read_reports(self) -> InputReports:
         (reference, report), (deformed, other) = (
             self._read_mesh(side) for side in ("reference", "deformed")
         )
         check_sizes(reference.size, deformed.size)
-        return InputReports(report, other, reference.size, deformed.size)
+        return InputReports(report, other, reference.size, deformed.size, *self._channel())
 
     def _read_landmarks(self) -> Landmarks | None:
         from shapemorph.io.landmarks import read_landmarks

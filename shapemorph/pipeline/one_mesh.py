@@ -10,6 +10,7 @@ from shapemorph.core.arrays import Floats
 from shapemorph.core.flattened import FlattenedSurface
 from shapemorph.core.image import CalibratedImage
 from shapemorph.core.mesh import TexturedMesh
+from shapemorph.core.meshreport import MeshReport
 from shapemorph.io.codec import take_apart
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
 from shapemorph.pipeline.planar import PictureOutcome
@@ -36,7 +37,6 @@ def flatten_one(
     from shapemorph.io.calibrated_files import write_calibrated
     from shapemorph.io.mesh_sources import mesh_sources
     from shapemorph.io.mesh_writers import write_mesh
-    from shapemorph.io.meshes import read_mesh
     from shapemorph.methods.picture_texture import wear_picture
     from shapemorph.stages.flatten import flatten_mesh
     from shapemorph.view.figures import write_distortion_figure
@@ -45,7 +45,7 @@ def flatten_one(
     listener(Event("flatten", "started"))
     begin = time.perf_counter()
     sources = mesh_sources(path)
-    mesh, report = read_mesh(path, unit=config.inputs.units)
+    mesh, report = _read(path, config)
     surface = flatten_mesh(mesh, config.flatten, _meridian(config))
     seconds = time.perf_counter() - begin
     listener(Event("flatten", "finished", seconds))
@@ -102,6 +102,19 @@ def distortion_figures(surface: FlattenedSurface) -> dict[str, Any]:
             for name, values in measures.items()
         },
     }
+
+
+def _read(path: Path, config: RunConfig) -> tuple[TexturedMesh, MeshReport]:
+    """Read a mesh in the channel that shows its pattern best, or in that of the config."""
+    from shapemorph.io.meshes import read_mesh
+    from shapemorph.methods.colour_content import best_channel
+
+    unit, channel = config.inputs.units, config.inputs.channel
+    if channel != "auto":
+        return read_mesh(path, unit=unit, channel=channel)
+    mesh, report = read_mesh(path, unit=unit)
+    best, _ = best_channel([report.content])
+    return (mesh, report) if best == "luma" else read_mesh(path, unit=unit, channel=best)
 
 
 def _meridian(config: RunConfig) -> Floats | None:

@@ -17,8 +17,9 @@ from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
 from shapemorph.core.morphed import Morphed
-from shapemorph.io.images import read_grey_image
+from shapemorph.io.images import read_grey_image, read_picture
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
+from shapemorph.methods.colour_content import best_channel
 from shapemorph.pipeline.law_inputs import read_law_inputs
 from shapemorph.pipeline.planar_outputs import PlanarField, write_field, write_field_summary
 from shapemorph.pipeline.run import Event, Listener
@@ -77,7 +78,9 @@ def morph_images(
     check_writable(folder)
     inputs = _law_inputs(config)
     clock = _Clock(listener)
-    left, right = clock.run("read", lambda: _read_pair(reference, deformed, None))
+    channel = config.inputs.channel
+    pair = clock.run("read", lambda: _read_pair((reference, deformed), None, channel))
+    left, right = pair.left, pair.right
     with showing_failed_match(folder, lambda: (left, right)):
         matches = clock.run("match", lambda: match(left, right, config.match))
     warps = clock.run("law", lambda: _both_warps(left, right, matches, inputs, config))
@@ -85,6 +88,7 @@ def morph_images(
     with scratch_folder(folder) as scratch:
         clock.run("write", lambda: _write_morph(scratch, matches, warps, sequence))
         sections = {
+            "inputs": pair.figures(),
             "match": matching_figures(matches),
             "morph": {"law": config.morph.law, **sequence.figures()},
             **run_figures(clock.seconds),
@@ -123,13 +127,15 @@ def correlate_images(
     check_writable(folder)
     inputs = _law_inputs(config)
     clock = _Clock(listener)
-    left, right = clock.run("read", lambda: _read_pair(reference, deformed, mask))
+    channel = config.inputs.channel
+    pair = clock.run("read", lambda: _read_pair((reference, deformed), mask, channel))
+    left, right = pair.left, pair.right
     with showing_failed_match(folder, lambda: (left, right)):
         matches = clock.run("match", lambda: match(left, right, config.match))
     morphed = clock.run("morph", lambda: _morphed(left, right, matches, inputs, config))
     grid = clock.run("correlate", lambda: _correlate(left, right, morphed, config))
     strain = clock.run("strain", lambda: planar_strain(grid, window=config.strain.window))
-    field = PlanarField(left, grid, strain, matches)
+    field = PlanarField(left, grid, strain, matches, pair.figures())
     with scratch_folder(folder) as scratch:
         clock.run("write", lambda: write_field(scratch, field, config))
         sections = write_field_summary(scratch, field, config, clock.seconds)
@@ -180,11 +186,31 @@ def _correlate(
     return correlate(left, remorph, morphed, config.correlate, None)
 
 
-def _read_pair(reference: Path, deformed: Path, mask: Path | None) -> tuple[GreyImage, GreyImage]:
-    left, right = read_grey_image(reference), read_grey_image(deformed)
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """Two pictures, and what of their colours became grey."""
+
+    left: GreyImage
+    right: GreyImage
+    channel: str
+    reason: str
+
+    def figures(self) -> dict[str, Any]:
+        """Section `inputs` of the summary."""
+        return {"channel": self.channel, "channel_reason": self.reason}
+
+
+def _read_pair(paths: tuple[Path, Path], mask: Path | None, channel: str) -> _Pair:
+    reason = "as inputs.channel says"
+    pictures = [read_picture(path, "luma" if channel == "auto" else channel) for path in paths]
+    if channel == "auto":
+        channel, reason = best_channel([picture.content for picture in pictures])
+        if channel != "luma":
+            pictures = [read_picture(path, channel) for path in paths]
+    left, right = (GreyImage(picture.grey, picture.opaque) for picture in pictures)
     if mask is not None:
         left = GreyImage(left.grey, left.mask & _read_mask(mask, left.shape))
-    return left, right
+    return _Pair(left, right, channel, reason)
 
 
 def _read_mask(path: Path, shape: tuple[int, int]) -> Bools:

@@ -1,5 +1,6 @@
 """What is written of a correlation between two pictures."""
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,12 +34,15 @@ class PlanarField:
     strain : PlanarStrain
     matches : Matches or None
         None where no features had to be matched.
+    inputs : mapping
+        How the pictures were read, for the summary.
     """
 
     reference: GreyImage
     grid: CorrelationGrid
     strain: PlanarStrain
     matches: Matches | None
+    inputs: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
 
 def write_field(folder: Path, field: PlanarField, config: RunConfig) -> None:
@@ -56,7 +60,8 @@ def write_field_summary(
     folder: Path, field: PlanarField, config: RunConfig, seconds: Mapping[str, float]
 ) -> dict[str, Any]:
     """Write summary.json; return what stands in it."""
-    sections: dict[str, Any] = {"points": point_figures(field.grid.status)}
+    sections: dict[str, Any] = {"inputs": dict(field.inputs)} if field.inputs else {}
+    sections["points"] = point_figures(field.grid.status)
     if field.matches is not None:
         sections["match"] = matching_figures(field.matches)
     sections["correlate"] = correlation_figures(field.grid, config.correlate, field.reference)

@@ -163,3 +163,21 @@ def test_a_missing_picture_is_exit_3_and_leaves_nothing(pictures, tmp_path, caps
     assert main([*map(str, words), "--quiet"]) == 3
     assert "absent.png" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_pattern_in_one_colour_is_followed_there(pictures, tmp_path, capsys):
+    """Red on green of equal brightness: grey as the eye sees it shows nothing."""
+    for name in ("a", "b"):
+        grey = np.asarray(Image.open(pictures / f"{name}.png").convert("L")).astype(float) - 127.5
+        colours = 127.5 + grey[..., None] * [0.7, -0.7 * 0.2126 / 0.7152, 0.0]
+        Image.fromarray(np.rint(colours).astype(np.uint8)).save(tmp_path / f"{name}.png")
+    words = ("correlate", tmp_path / "a.png", tmp_path / "b.png", "-o", tmp_path / "out")
+    found = _run(capsys, *words, "--no-figures")
+    assert found["inputs"]["channel"] == "red"
+    assert "gradient" in found["inputs"]["channel_reason"]
+    with np.load(tmp_path / "out" / "correlation.npz") as table:
+        ok = table["status"] == 0
+        x, y = table["x_px"][ok], table["y_px"][ok]
+        error = np.stack([table["u_px"][ok], table["v_px"][ok]], -1) - _true_displacement(x, y)
+    assert ok.mean() > 0.9
+    assert np.median(np.abs(error)) < 0.015

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from shapemorph.core.errors import DataError
-from shapemorph.io.images import decode_picture, read_grey_image, write_grey_png
+from shapemorph.io.images import decode_picture, read_grey_image, read_picture, write_grey_png
 
 HEIGHT, WIDTH = 13, 22
 ONE_LEVEL = 1.0 / 255.0
@@ -215,3 +215,13 @@ def test_a_place_that_cannot_be_written_is_a_clear_error(tmp_path):
     grey, mask = np.zeros((4, 5), dtype=np.float32), np.ones((4, 5), dtype=bool)
     with pytest.raises(DataError, match="cannot write"):
         write_grey_png(tmp_path / "nowhere" / "p.png", grey, mask)
+
+
+def test_a_channel_of_the_colours_may_become_grey(tmp_path):
+    stored = np.random.default_rng(0).integers(0, 256, (20, 30, 3), dtype=np.uint8)
+    Image.fromarray(stored).save(tmp_path / "colours.png")
+    picture = read_picture(tmp_path / "colours.png", "green")
+    np.testing.assert_allclose(picture.grey, stored[..., 1] / 255, atol=1e-6)
+    assert len(picture.content) == 4
+    Image.fromarray(stored[..., 0]).save(tmp_path / "grey.png")
+    assert read_picture(tmp_path / "grey.png", "green").content == ()

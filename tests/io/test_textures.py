@@ -5,6 +5,7 @@ import pytest
 
 from shapemorph.core.errors import DataError
 from shapemorph.io.file_mesh import bare_mesh
+from shapemorph.io.images import Picture
 from shapemorph.io.textures import check_not_blank, into_pictures
 
 HEIGHT, WIDTH = 8, 12
@@ -18,7 +19,8 @@ def mesh_with(uv, *, wrap="repeat", textures=(PATTERN,), face_texture=None):
     faces = np.arange(3 * count).reshape(-1, 3)
     vertices = np.random.default_rng(1).random((3 * count, 3))
     rows = np.zeros(count, dtype=np.int64) if face_texture is None else np.array(face_texture)
-    return bare_mesh(vertices, faces, file_format="OBJ").textured(uv, rows, textures, wrap)
+    pictures = [Picture(grey, np.ones(grey.shape, bool), ()) for grey in textures]
+    return bare_mesh(vertices, faces, file_format="OBJ").textured(uv, rows, pictures, wrap)
 
 
 def moved_by(*offset):

@@ -31,6 +31,20 @@ def _write_mesh(folder, scale=1.0, seed=0):
     return folder / "mesh.obj"
 
 
+def _paint(mesh, *, seed, amplitudes):
+    """Give a mesh a texture of which each channel shows as much as `amplitudes` says."""
+    from PIL import Image
+
+    from shapemorph.methods.synthetic.planar import planar_speckle
+
+    rows, columns = np.mgrid[:160, :200].astype(float)
+    speckle = planar_speckle(diameter=7.0, seed=seed).at(np.stack([columns, rows], -1))
+    levels = 128 + speckle[..., None] * np.array(amplitudes)
+    picture = np.clip(np.rint(levels), 0, 255).astype(np.uint8)
+    Image.fromarray(picture).save(mesh.with_suffix(".png"))
+    return picture
+
+
 def _inputs(reference, deformed, **more):
     document = {"inputs": {"reference": str(reference), "deformed": str(deformed), **more}}
     return Inputs(RunConfig.model_validate(document))
@@ -163,3 +177,31 @@ def test_a_mask_that_is_no_picture_is_refused_before_anything_is_measured(pair, 
     (tmp_path / "mask.png").write_text("white")
     with pytest.raises(DataError, match=r"mask\.png"):
         _inputs(*pair, region={"mask": str(tmp_path / "mask.png")}).check_beside_meshes()
+
+
+def test_both_sides_use_the_channel_that_shows_the_pattern(pair):
+    pictures = [_paint(p, seed=k, amplitudes=(30, -8.5, 3)) for k, p in enumerate(pair)]
+    inputs = _inputs(*pair)
+    reports = inputs.load("reports")
+    assert reports.channel == reports.reference.channel == reports.deformed.channel == "red"
+    assert "gradient" in reports.channel_reason
+    for name, picture in zip(("reference", "deformed"), pictures, strict=True):
+        assert_allclose(inputs.load(name).textures[0], picture[..., 0] / 255, atol=1e-6)
+
+
+def test_one_channel_serves_both_sides_and_can_be_given(pair):
+    _paint(pair[0], seed=0, amplitudes=(60, 15, 15))
+    picture = _paint(pair[1], seed=1, amplitudes=(2, 20, 20))
+    assert _inputs(*pair).load("reports").channel == "luma"
+    given = _inputs(*pair, channel="blue")
+    assert given.load("reports").deformed.channel == "blue"
+    assert given.load("reports").channel_reason == "as inputs.channel says"
+    assert_allclose(given.load("deformed").textures[0], picture[..., 2] / 255, atol=1e-6)
+    assert given.fingerprint("deformed") != _inputs(*pair).fingerprint("deformed")
+
+
+def test_pattern_that_luma_does_not_show_is_no_blank(pair):
+    """Red on green of equal luma."""
+    for k, mesh in enumerate(pair):
+        _paint(mesh, seed=k, amplitudes=(30, -30 * 0.2126 / 0.7152, 0))
+    assert _inputs(*pair).load("reports").channel == "red"
