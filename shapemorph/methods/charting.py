@@ -10,6 +10,7 @@ import numpy as np
 from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import Chart
+from shapemorph.kernels.facets import plane_moments
 from shapemorph.methods.distortion import local_scale, singular_values, weighted_quantile
 from shapemorph.methods.parametrize.disk import Piece
 
@@ -60,30 +61,16 @@ def to_principal_axes(vertices: Floats, piece: Piece, plane: Floats) -> Floats:
     plane : (N, 2)
         x right, y up.
     """
-    corners = plane[piece.faces]
-    space = vertices[piece.vertex_ids][piece.faces].mean(axis=1)
-    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
-    weight = (area / area.sum())[:, None]
-    centres = corners.mean(axis=1)
-    centre = (weight * centres).sum(axis=0)
-    offsets = centres - centre
-    _, axes = np.linalg.eigh(_second_moment(corners - centre, weight))
+    flat, faces = np.ascontiguousarray(plane), np.ascontiguousarray(piece.faces)
+    centre, second, along_space = plane_moments(vertices[piece.vertex_ids], flat, faces)
+    _, axes = np.linalg.eigh(second)
     along = axes[:, 1]
     turned = np.stack([along, [-along[1], along[0]]], axis=1)
-    along_height = ((weight * (offsets @ turned)[:, 1:]).T @ (space - space.mean(axis=0))).ravel()
+    along_height = turned[:, 1] @ along_space
     if along_height[np.abs(along_height).argmax()] < 0:
         turned = -turned
     placed: Floats = (plane - centre) @ turned
     return placed
-
-
-def _second_moment(corners: Floats, weight: Floats) -> Floats:
-    """Mean of x x^T over triangles (M, 3, 2) with weights (M, 1) that sum to one."""
-    middle = corners.mean(axis=1)
-    at_corners = np.einsum("m,mki,mkj->ij", weight[:, 0], corners, corners)
-    moment: Floats = (at_corners + 9.0 * (weight * middle).T @ middle) / 12.0
-    return moment
 
 
 def chart_at_scale(piece: Piece, plane: Floats, *, px_per_mm: float) -> Chart:
@@ -96,10 +83,18 @@ def chart_at_scale(piece: Piece, plane: Floats, *, px_per_mm: float) -> Chart:
         mm, x right, y up.
     px_per_mm : float
     """
-    used = plane[np.unique(piece.faces)]
-    corner = np.array([used[:, 0].min(), used[:, 1].max()])
+    low, high = bounds(piece, plane)
+    corner = np.array([low[0], high[1]])
     vertex_px = (plane - corner) * np.array([px_per_mm, -px_per_mm]) + MARGIN
     return Chart(piece.vertex_ids, piece.faces, piece.face_ids, vertex_px, px_per_mm)
+
+
+def bounds(piece: Piece, plane: Floats) -> tuple[Floats, Floats]:
+    """Lowest and highest coordinates (2,) of the vertices that triangles use."""
+    used = np.zeros(len(plane), dtype=np.bool_)
+    used[piece.faces] = True
+    x, y = plane[used].T
+    return np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
 
 
 def picture_shape(chart: Chart) -> tuple[int, int]:

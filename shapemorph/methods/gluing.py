@@ -155,8 +155,8 @@ def boundary_loops(faces: Ints, seams: Ints) -> int:
         return 0
     ends = np.stack([faces.ravel()[rim], faces.ravel()[_next(rim)]], axis=1)
     _, compact = np.unique(ends, return_inverse=True)
-    compact = compact.reshape(-1, 2)
-    return int(connect(compact[:, 0], compact[:, 1], int(compact.max()) + 1)[0])
+    here, there = np.ascontiguousarray(compact.reshape(-1, 2).T)
+    return int(connect(here, there, int(compact.max()) + 1)[0])
 
 
 def euler_characteristic(faces: Ints, seams: Ints) -> int:
@@ -189,7 +189,8 @@ def _patch_areas(vertices: Floats, faces: Ints, seams: Ints) -> Floats:
 
 def face_areas(vertices: Floats, faces: Ints) -> Floats:
     """(F,) area of every face."""
-    areas: Floats = measure_triangles(vertices, np.ascontiguousarray(faces))[0]
+    points, corners = np.ascontiguousarray(vertices), np.ascontiguousarray(faces)
+    areas: Floats = measure_triangles(points, corners)[0]
     return areas
 
 

@@ -10,6 +10,7 @@ from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.core.image import Chart
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import texture as kernel
+from shapemorph.kernels.facets import affine_maps
 from shapemorph.kernels.pyramid import reduce_by_two, to_coefficients
 from shapemorph.methods.distortion import weighted_quantile
 from shapemorph.methods.surface_lookup import ChartIndex, index_chart
@@ -145,7 +146,8 @@ def texel_map(mesh: TexturedMesh, chart: Chart) -> tuple[Floats, Floats]:
     height, width = (sizes[chart.face_ids][:, axis][:, None] for axis in (0, 1))
     uv = mesh.wedge_uv[chart.face_ids]
     texels = np.stack([uv[..., 0] * width - 0.5, (1.0 - uv[..., 1]) * height - 0.5], axis=2)
-    return texels, _gradients(chart.corner_px, texels)
+    px, faces = np.ascontiguousarray(chart.vertex_px), np.ascontiguousarray(chart.faces)
+    return texels, affine_maps(px, faces, texels)
 
 
 def _areas(corners: Floats) -> Floats:
@@ -154,21 +156,10 @@ def _areas(corners: Floats) -> Floats:
     return areas
 
 
-def _gradients(source: Floats, target: Floats) -> Floats:
-    """Find the matrix of the affine map between triangles, zero where it has none."""
-    one, other = source[:, 1] - source[:, 0], source[:, 2] - source[:, 0]
-    to_one, to_other = target[:, 1] - target[:, 0], target[:, 2] - target[:, 0]
-    twice = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along_x = (to_one * other[:, 1:] - to_other * one[:, 1:]) / twice[:, None]
-        along_y = (to_other * one[:, :1] - to_one * other[:, :1]) / twice[:, None]
-    gradients = np.stack([along_x, along_y], axis=2)
-    return np.where(np.isfinite(gradients), gradients, 0.0)
-
-
 def texel_density(gradients: Floats) -> Floats:
     """Density of a texture under each triangle: square root of texels per px^2, (M,)."""
-    density: Floats = np.sqrt(np.abs(np.linalg.det(gradients)))
+    (ux, uy), (vx, vy) = np.moveaxis(gradients, 0, -1)
+    density: Floats = np.sqrt(np.abs(ux * vy - uy * vx))
     return density
 
 

@@ -20,13 +20,13 @@ from shapemorph.methods.charts.atlas import (
     Lay,
     chart_surface,
     cut_patch,
-    face_areas,
     good_area,
     lay_piece,
 )
 from shapemorph.methods.charts.correspondence import Counterparts
 from shapemorph.methods.charts.mosaic import PAGE_GAP, Page, bind, with_pages
 from shapemorph.methods.distortion import chart_distortion, local_scale, weighted_quantile
+from shapemorph.methods.gluing import face_areas
 from shapemorph.methods.mirroring import mirror_image
 from shapemorph.methods.parametrize.automatic import Flattening
 from shapemorph.methods.parametrize.choice import PROJECTIONS, lay_flat
@@ -236,10 +236,8 @@ def _settle(
     mesh: TexturedMesh, before: FlattenedSurface, trial: _Laid, lay: Lay
 ) -> FlattenedSurface:
     """Make the calibrated image of some pieces by the method that is asked for."""
-    laid = [
-        lay_piece(mesh, page.piece, page.home, lay, made)
-        for page, made in zip(trial.pages, trial.flattenings, strict=True)
-    ]
+    trials = zip(trial.pages, trial.flattenings, strict=True)
+    laid = [lay_piece(mesh, made[0].piece, made[0].home, lay, made) for made in trials]
     px_per_mm = before.calibrated.chart.px_per_mm
     image, distortion = _picture(mesh, [page for page, _, _ in laid], px_per_mm)
     why = "; ".join(why for _, _, why in laid)

@@ -11,6 +11,7 @@ from shapemorph.core.mesh import TexturedMesh
 from shapemorph.methods.charts.mosaic import Page
 from shapemorph.methods.charts.splitting import Patch, split_surface
 from shapemorph.methods.distortion import local_scale, singular_values, weighted_quantile
+from shapemorph.methods.gluing import face_areas
 from shapemorph.methods.parametrize.automatic import Flattening
 from shapemorph.methods.parametrize.choice import place
 from shapemorph.methods.parametrize.disk import Piece, cut_pieces
@@ -18,6 +19,9 @@ from shapemorph.methods.parametrize.disk import Piece, cut_pieces
 Lay = Callable[[Floats, Ints, Flattening | None], tuple[Flattening, str]]
 """Flattens a disk with holes, vertices (V, 3) and faces (F, 3), and says why so; the last
 argument is its boundary-first map where that has been made already."""
+
+Laid = tuple[Page, Flattening, str]
+"""A page, its map, and why it is mapped so."""
 
 ENOUGH_GOOD = 0.97  # of the area, shown well by the page that is its home
 MOST_SCALED = 2.5  # times smaller or larger than the median of the page
@@ -48,7 +52,7 @@ class Atlas:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Try:
-    """One component in some number of pages."""
+    """One component in some number of pages; the good share is that of the trial maps."""
 
     pages: list[Page]
     flattenings: list[Flattening]
@@ -98,13 +102,6 @@ def chart_surface(mesh: TexturedMesh, lay: Lay, *, trial: Lay, least: int, most:
     return Atlas(pages, methods, "; ".join(notes))
 
 
-def face_areas(vertices: Floats, faces: Ints) -> Floats:
-    """(F,) area of each face."""
-    one, other = (vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))
-    areas: Floats = 0.5 * np.linalg.norm(np.cross(one, other), axis=1)
-    return areas
-
-
 def cut_patch(mesh: TexturedMesh, patch: Patch) -> tuple[Piece, Bools]:
     """Take the largest connected piece of some faces of a mesh, and which of it is at home.
 
@@ -121,8 +118,12 @@ def cut_patch(mesh: TexturedMesh, patch: Patch) -> tuple[Piece, Bools]:
 
 
 def lay_piece(
-    mesh: TexturedMesh, piece: Piece, home: Bools, lay: Lay, made: Flattening | None = None
-) -> tuple[Page, Flattening, str]:
+    mesh: TexturedMesh,
+    piece: Piece,
+    home: Bools,
+    lay: Lay,
+    made: tuple[Page, Flattening] | None = None,
+) -> Laid:
     """Flatten a piece of a mesh.
 
     Parameters
@@ -132,7 +133,7 @@ def lay_piece(
     home : (M,) bool
         Its triangles that no other page shows better.
     lay : callable
-    made : Flattening, optional
+    made : (Page, Flattening), optional
         Its boundary-first map.
 
     Raises
@@ -140,7 +141,10 @@ def lay_piece(
     DataError, StageError
         If it cannot lie flat.
     """
-    flattening, why = lay(mesh.vertices[piece.vertex_ids], piece.faces, made)
+    page, trial = made or (None, None)
+    flattening, why = lay(mesh.vertices[piece.vertex_ids], piece.faces, trial)
+    if page is not None and flattening is trial:
+        return page, flattening, why
     return Page(piece, place(mesh.vertices, piece, flattening), home), flattening, why
 
 
@@ -176,11 +180,9 @@ def _chart_component(mesh: TexturedMesh, piece: Piece, lay: Lay, trial: Lay, cou
         raise DataError("; ".join(dict.fromkeys(reasons)))
     best = max(each.good for each in tried)
     chosen = next(each for each in tried if each.good >= min(best - WORTH_IT, ENOUGH_GOOD))
-    settled = [
-        lay_piece(mesh, page.piece, page.home, lay, made)
-        for page, made in zip(chosen.pages, chosen.flattenings, strict=True)
-    ]
-    return _weigh(mesh, settled, area)
+    trials = zip(chosen.pages, chosen.flattenings, strict=True)
+    settled = [lay_piece(mesh, made[0].piece, made[0].home, lay, made) for made in trials]
+    return _Try(*_columns(settled), chosen.good)
 
 
 def _gains_nothing(tried: Sequence[_Try]) -> bool:
@@ -201,6 +203,11 @@ def _parts(mesh: TexturedMesh, piece: Piece, count: int, area: float) -> list[tu
     return [cut_patch(mesh, Patch(piece.face_ids[patch.faces], patch.home)) for patch in patches]
 
 
-def _weigh(mesh: TexturedMesh, laid: Sequence[tuple[Page, Flattening, str]], area: float) -> _Try:
+def _weigh(mesh: TexturedMesh, laid: Sequence[Laid], area: float) -> _Try:
     good = sum(good_area(mesh, page) for page, _, _ in laid) / area
-    return _Try([p for p, _, _ in laid], [f for _, f, _ in laid], [w for _, _, w in laid], good)
+    return _Try(*_columns(laid), good)
+
+
+def _columns(laid: Sequence[Laid]) -> tuple[list[Page], list[Flattening], list[str]]:
+    pages, flattenings, notes = zip(*laid, strict=True)
+    return list(pages), list(flattenings), list(notes)

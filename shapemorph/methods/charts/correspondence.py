@@ -11,7 +11,6 @@ from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import CalibratedImage, SurfacePoints
 from shapemorph.core.mesh import TexturedMesh
-from shapemorph.methods.charts.atlas import face_areas
 from shapemorph.methods.charts.graph import edge_graph, nearest_source
 from shapemorph.methods.charts.mosaic import take_page
 from shapemorph.methods.charts.splitting import Patch
@@ -24,6 +23,7 @@ from shapemorph.methods.first_pairs import (
     pair_features,
     side_features,
 )
+from shapemorph.methods.gluing import face_areas
 from shapemorph.methods.surface_lookup import locate, positions
 from shapemorph.methods.threads import run_at_once
 

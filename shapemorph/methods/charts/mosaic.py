@@ -7,7 +7,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.image import CalibratedImage, Chart, GreyImage
-from shapemorph.methods.charting import MARGIN
+from shapemorph.methods.charting import MARGIN, bounds
 from shapemorph.methods.parametrize.disk import Piece
 
 PAGE_GAP = 72.0  # px between two pages: no subset, window or node of a warp spans it
@@ -52,14 +52,14 @@ def bind(pages: Sequence[Page], *, gap: float) -> tuple[Piece, Floats, Floats]:
     lefts: list[float] = []
     left, count = 0.0, 0
     for page in pages:
-        used = page.plane[np.unique(page.piece.faces)]
-        corner = np.array([used[:, 0].min(), used[:, 1].max()])
+        low, high = bounds(page.piece, page.plane)
+        corner = np.array([low[0], high[1]])
         planes.append(page.plane - corner + np.array([left, 0.0]))
         vertices.append(page.piece.vertex_ids)
         faces.append(page.piece.faces + count)
         lefts.append(left - gap / 2 if lefts else 0.0)
         count += len(page.plane)
-        left += float(np.ptp(used[:, 0])) + gap
+        left += float(high[0] - low[0]) + gap
     face_ids = np.concatenate([page.piece.face_ids for page in pages])
     piece = Piece(np.concatenate(vertices), np.concatenate(faces), face_ids)
     return piece, np.concatenate(planes), np.array(lefts)

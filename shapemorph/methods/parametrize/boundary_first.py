@@ -46,9 +46,12 @@ def parametrise_boundary_first(vertices: Floats, faces: Ints) -> Floats:
     closed_vertices, closed_faces = fill_holes(vertices, faces, loops[1:])
     count = len(closed_vertices)
     angles = igl.internal_angles(closed_vertices, closed_faces)
-    angle_sum = np.zeros(count)
-    np.add.at(angle_sum, closed_faces.ravel(), angles.ravel())
-    inner = np.setdiff1d(np.arange(count), rim)
+    angle_sum: Floats = np.bincount(closed_faces.ravel(), angles.ravel(), minlength=count).astype(
+        np.float64
+    )
+    inside = np.ones(count, dtype=np.bool_)
+    inside[rim] = False
+    inner = np.flatnonzero(inside)
     laplacian = (-igl.cotmatrix(closed_vertices, closed_faces)).tocsr()
     rows = laplacian[inner].tocsc()
     to_rim = rows[:, rim]

@@ -90,7 +90,8 @@ def lay_flat(  # noqa: PLR0913 - one for each choice
     if method == "orthographic":
         plane = parametrise_orthographic(vertices, faces, axis=axis)
         return _as_asked(judge(vertices, faces, plane, method))
-    require_disk(faces, boundary_loops(faces, name=name), name=name)
+    if made is None:
+        require_disk(faces, boundary_loops(faces, name=name), name=name)
     if method == "auto":
         return flatten_automatically(
             vertices,

@@ -6,6 +6,8 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import DataError
+from shapemorph.kernels.components import connect
+from shapemorph.methods.gluing import face_areas, sides_by_edge
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,11 +46,8 @@ def pair_half_edges(faces: Ints, *, name: str) -> tuple[Ints, Ints]:
     DataError
         If an edge has more than two faces, or two that run the same way along it.
     """
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    key = low * (int(faces.max()) + 1) + high
-    order = np.argsort(key, kind="stable")
-    _, first, count = np.unique(key[order], return_index=True, return_counts=True)
+    start = faces.ravel()
+    order, first, count = sides_by_edge(faces)
     if count.max() > 2:
         raise DataError(
             f"{name}: {int((count > 2).sum())} edges have more than two faces: "
@@ -85,17 +84,12 @@ def cut_pieces(vertices: Floats, faces: Ints, *, name: str) -> list[Piece]:
     list of Piece
         The largest area first.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     pairs, _ = pair_half_edges(faces, name=name)
     one, other = pairs[:, 0], pairs[:, 1]
     rows = np.concatenate([one, _next_corner(one)])
     cols = np.concatenate([_next_corner(other), other])
-    corners = faces.size
-    linked = coo_array((np.ones(len(rows), np.int8), (rows, cols)), shape=(corners, corners))
-    _, fan = connected_components(linked, directed=False)
-    return _pieces(vertices, faces, pairs, fan.astype(np.int64).reshape(-1, 3))
+    fan = connect(rows, cols, faces.size)[1]
+    return _pieces(vertices, faces, pairs, fan.reshape(-1, 3))
 
 
 def _next_corner(corner: Ints) -> Ints:
@@ -104,17 +98,8 @@ def _next_corner(corner: Ints) -> Ints:
 
 
 def _pieces(vertices: Floats, faces: Ints, pairs: Ints, fans: Ints) -> list[Piece]:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    count = len(faces)
-    linked = coo_array(
-        (np.ones(len(pairs), np.int8), (pairs[:, 0] // 3, pairs[:, 1] // 3)), shape=(count, count)
-    )
-    number, label = connected_components(linked, directed=False)
-    side_1 = vertices[faces[:, 1]] - vertices[faces[:, 0]]
-    side_2 = vertices[faces[:, 2]] - vertices[faces[:, 0]]
-    area = np.bincount(label, np.linalg.norm(np.cross(side_1, side_2), axis=1), minlength=number)
+    number, label = connect(pairs[:, 0] // 3, pairs[:, 1] // 3, len(faces))
+    area = np.bincount(label, face_areas(vertices, faces), minlength=number)
     by_label = np.argsort(label, kind="stable")
     ends = np.cumsum(np.bincount(label, minlength=number))
     return [
@@ -124,8 +109,13 @@ def _pieces(vertices: Floats, faces: Ints, pairs: Ints, fans: Ints) -> list[Piec
 
 
 def _piece(faces: Ints, fans: Ints, face_ids: Ints) -> Piece:
-    _, first, renamed = np.unique(fans[face_ids], return_index=True, return_inverse=True)
-    return Piece(faces[face_ids].ravel()[first], renamed.reshape(-1, 3).astype(np.int64), face_ids)
+    corners = fans[face_ids]
+    present = np.zeros(int(fans.max()) + 1, dtype=np.bool_)
+    present[corners] = True
+    vertex_ids = np.empty(len(present), dtype=np.int64)
+    vertex_ids[corners] = faces[face_ids]
+    renamed = np.cumsum(present) - 1
+    return Piece(vertex_ids[present], renamed[corners], face_ids)
 
 
 def boundary_loops(faces: Ints, *, name: str) -> list[Ints]:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.kernels.components import connect
 from shapemorph.methods.distortion import singular_values
 from shapemorph.methods.parametrize.disk import boundary_loops
 from shapemorph.methods.parametrize.harmonic_disk import spread_between
@@ -85,10 +86,5 @@ def _spread_patches(
 
 def _patch_labels(faces: Ints, count: int) -> Ints:
     """Give every vertex the number of the connected patch that it belongs to."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    linked = coo_array((np.ones(len(start), np.int8), (start, end)), shape=(count, count))
-    _, label = connected_components(linked, directed=False)
-    return np.asarray(label, dtype=np.int64)
+    label: Ints = connect(faces.ravel(), np.roll(faces, -1, axis=1).ravel(), count)[1]
+    return label
