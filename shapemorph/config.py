@@ -16,17 +16,29 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class RegionConfig(Section):
-    """A part of the reference surface; every given limit applies."""
+Polygon = Annotated[list[tuple[float, float]], Field(min_length=3)]
 
-    polygon: list[tuple[float, float]] | None = Field(
-        None, min_length=3, description="corners (x, y) in px of the flattened reference image"
+
+class RegionConfig(Section):
+    """A part of the reference; every given limit applies."""
+
+    polygon: Polygon | None = Field(
+        None,
+        description="corners (x, y) in px of the flattened reference image, or of the reference "
+        "picture where pictures are measured",
+    )
+    polygons: Annotated[list[Polygon], Field(min_length=1)] | None = Field(
+        None, description="several of them; the region is what lies in any"
+    )
+    holes: Annotated[list[Polygon], Field(min_length=1)] | None = Field(
+        None, description="polygons that are left out"
     )
     mask: Path | None = Field(
-        None, description="picture of the size of the flattened reference image, white = measured"
+        None, description="picture of the size of that image, white = measured"
     )
     centre: Vector3 | None = Field(
-        None, description="centre of a ball, in the reference file's units and frame"
+        None,
+        description="centre of a ball, in the reference file's units and frame; of meshes only",
     )
     radius: float | None = Field(None, gt=0, description="radius of the ball, in the same units")
 
@@ -40,8 +52,15 @@ class RegionConfig(Section):
 class InputsConfig(Section):
     """What is measured."""
 
-    reference: Path | None = Field(None, description="textured mesh before the deformation")
-    deformed: Path | None = Field(None, description="textured mesh after the deformation")
+    reference: Path | None = Field(
+        None, description="textured mesh, or picture, before the deformation"
+    )
+    deformed: Path | None = Field(None, description="the same after the deformation")
+    sequence: Path | None = Field(
+        None,
+        description="pictures of one view instead of the two: a pattern such as frames/*.tif, or "
+        "a TIFF of many pages; the first is the reference",
+    )
     units: Unit = Field("mm", description="length unit of both files, whatever their format")
     reference_units: Unit | None = Field(None, description="overrides units for the reference")
     deformed_units: Unit | None = Field(None, description="overrides units for the deformed")
@@ -54,6 +73,14 @@ class InputsConfig(Section):
         None, description="CSV name,ref_x,ref_y,ref_z,def_x,def_y,def_z in the frames of the files"
     )
     region: RegionConfig | None = Field(None, description="limits the measurement")
+
+    @model_validator(mode="after")
+    def _sequence_stands_alone(self) -> Self:
+        if self.sequence is not None and (self.reference or self.deformed):
+            raise ValueError(
+                "sequence stands instead of reference and deformed: give one or the other"
+            )
+        return self
 
 
 FlatteningMethod = Literal[
@@ -226,6 +253,18 @@ class CorrelateConfig(Section):
     )
     refinements: int = Field(
         1, ge=0, le=5, description="times the morph is renewed from the field that DIC found"
+    )
+
+    reference: Literal["first", "previous", "auto"] = Field(
+        "auto",
+        description="of a sequence of pictures, which one each is compared with; auto: the first, "
+        "and a later one as soon as that agrees better",
+    )
+    update_zncc: float = Field(
+        0.9, gt=0, lt=1, description="auto: a later reference is tried below this median ZNCC"
+    )
+    update_strain: float = Field(
+        0.5, gt=0, description="auto: and above this strain, E1 since the reference, of 5 % of it"
     )
 
     @model_validator(mode="after")

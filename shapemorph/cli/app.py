@@ -8,6 +8,7 @@ from cyclopts import App, Parameter
 import shapemorph
 from shapemorph.cli.console import configure_log, show, show_json, watching
 from shapemorph.cli.options import Output, Say, Settings
+from shapemorph.cli.pictures import Pictures, correlate_pictures, with_figures
 from shapemorph.cli.runs import (
     both,
     bring_up_to_date,
@@ -153,17 +154,18 @@ def morph(
 
 @app.command
 def correlate(  # noqa: PLR0913 - one for each option
-    reference: Path,
+    reference: Path | None = None,
     deformed: Path | None = None,
     /,
     *,
     output: Output = None,
+    sequence: str | None = None,
     mask: Path | None = None,
     figures: bool = True,
     settings: Settings = NO_SETTINGS,
     say: Say = SAY,
 ) -> int:
-    """Correlate two pictures, however far apart, or bring this stage of a run up to date.
+    """Correlate two pictures, however far apart, or a sequence; or bring a run up to date.
 
     Parameters
     ----------
@@ -171,24 +173,18 @@ def correlate(  # noqa: PLR0913 - one for each option
         Picture before the deformation; or, alone, the YAML file of a run.
     deformed
         Picture after it.
+    sequence
+        Instead of the two: pictures that follow each other, as a pattern in quotes
+        ("frames/*.tif") or a TIFF of many pages. The first is the reference.
     mask
         Picture of the size of the reference, white = measured.
     figures
         Draw the displacement field.
     """
-    if is_config(reference) and deformed is None:
+    if reference is not None and is_config(reference) and deformed is None:
         return run_config(reference, output, settings, say, until="correlate")
-    from shapemorph.cli.words import describe_correlation
-    from shapemorph.pipeline.planar import correlate_images
-
-    second = both(deformed, "correlate")
-    config, folder = defaults(settings), output or Path(f"{second.stem}_correlation")
-    if not figures:
-        config = config.model_copy(update={"report": type(config.report)(figures=False)})
-    configure_log(say)
-    with watching(say) as listener:
-        outcome = correlate_images(reference, second, folder, config, mask=mask, listener=listener)
-    return print_result(outcome.folder, outcome.summary, describe_correlation, say)
+    pictures = Pictures(reference, deformed, sequence, mask)
+    return correlate_pictures(pictures, output, with_figures(settings, figures), say)
 
 
 def _stage_command(name: str, purpose: str) -> None:

@@ -121,7 +121,13 @@ def run_config(
     force: Sequence[str] = (),
 ) -> int:
     """Bring the run of a configuration file up to date."""
+    from shapemorph.pipeline.pictures import measures_pictures
+
     config = read_run_config(path, settings)
+    if measures_pictures(config):
+        from shapemorph.cli.pictures import bring_pictures_up_to_date
+
+        return bring_pictures_up_to_date(config, output or _home(path), say, until, bool(force))
     return bring_up_to_date(config, output or _home(path), say, until=until, force=force)
 
 
@@ -181,6 +187,7 @@ def _home(path: Path) -> Path:
     """Folder of a run: that of its own run.yaml, else one named after the configuration."""
     if path.is_dir():
         return path
-    if path.name == "run.yaml" and (path.parent / "outputs.json").is_file():
+    records = ("outputs.json", "pictures.json")
+    if path.name == "run.yaml" and any((path.parent / name).is_file() for name in records):
         return path.parent
     return Path(f"{path.stem}_run")

@@ -56,6 +56,31 @@ def describe_correlation(folder: Path, summary: dict[str, Any]) -> Iterator[str]
     yield f"results     {folder}"
 
 
+def describe_frames(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say what the correlation of a sequence found."""
+    rows = summary["frames"]
+    width = max(len(str(row["frame"])) for row in rows) + 2
+    heads = "".join(f"{head:>10s}" for head in ("u px", "v px", "E1"))
+    yield f"{'':{width}s}{'points':>8s}{'share':>8s}{'zncc':>8s}{heads}"
+    for row in rows:
+        numbers = "".join(
+            f"{_number(row[name]):>10s}" for name in ("u_median_px", "v_median_px", "E1_median")
+        )
+        zncc = _number(row["zncc_median"])
+        yield (
+            f"{row['frame']:{width}s}{row['ok']:8d}{row['ok_share']:8.1%}{zncc:>8s}{numbers}"
+            f"{'  ' + row['reason'] if row['reason'] else ''}"
+        )
+    drift = summary["drift"]
+    if drift is not None:
+        yield (
+            f"drift       u {_number(drift['mean_u_px'])}, v {_number(drift['mean_v_px'])}, rms "
+            f"{_number(drift['rms_px'])} px at {drift['points']} points"
+        )
+    yield from describe_verdict(summary)
+    yield f"results     {folder}"
+
+
 def describe_morph(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
     """Say what matching two pictures found."""
     match = summary["match"]

@@ -63,9 +63,25 @@ def read_grey_image(path: Path) -> GreyImage:
     return GreyImage(picture.grey, picture.opaque)
 
 
-def read_picture(path: Path, channel: str = "luma") -> Picture:
-    """Read a picture file with notes on what had to be decided."""
-    return decode_picture(read_bytes(path, what="picture"), name=path.name, channel=channel)
+def read_white(path: Path) -> Bools:
+    """Read a mask: True where the picture is lighter than middle grey, and opaque.
+
+    Raises
+    ------
+    DataError
+        As :func:`read_grey_image`; and if it is white nowhere.
+    """
+    picture = read_grey_image(path)
+    white: Bools = (picture.grey > 0.5) & picture.mask
+    if not white.any():
+        raise DataError(f"mask {path}: expected white where to measure, got none")
+    return white
+
+
+def read_picture(path: Path, channel: str = "luma", *, page: int | None = None) -> Picture:
+    """Read a picture file with notes on what had to be decided; see :func:`decode_picture`."""
+    data = read_bytes(path, what="picture")
+    return decode_picture(data, name=path.name, channel=channel, page=page)
 
 
 def read_bytes(path: Path, *, what: str) -> bytes:
@@ -112,7 +128,9 @@ def write_grey_png(path: Path, grey: Greys, mask: Bools) -> None:
         raise DataError(message) from None
 
 
-def decode_picture(data: bytes, *, name: str, channel: str = "luma") -> Picture:
+def decode_picture(
+    data: bytes, *, name: str, channel: str = "luma", page: int | None = None
+) -> Picture:
     """Decode the bytes of a picture file.
 
     Parameters
@@ -124,13 +142,15 @@ def decode_picture(data: bytes, *, name: str, channel: str = "luma") -> Picture:
     channel : str
         What of its colour becomes grey: a name in
         :data:`~shapemorph.methods.colour_content.CHANNELS`.
+    page : int or None
+        Which picture of a file that holds several, from 0; None: the first, with a note.
 
     Raises
     ------
     DataError
         If the bytes are truncated, damaged or no picture.
     """
-    stored, notes = _stored_values(data, name)
+    stored, notes = _stored_values(data, name, page)
     values, opaque = _without_alpha(stored)
     scaled, content, scale_notes = _unit_range(values, name, channel)
     if not opaque.all():
@@ -139,13 +159,16 @@ def decode_picture(data: bytes, *, name: str, channel: str = "luma") -> Picture:
     return Picture(scaled, opaque, notes + scale_notes, content)
 
 
-def _stored_values(data: bytes, name: str) -> tuple[np.ndarray[Any, Any], tuple[str, ...]]:
+def _stored_values(
+    data: bytes, name: str, page: int | None
+) -> tuple[np.ndarray[Any, Any], tuple[str, ...]]:
     """Array (H, W) or (H, W, 2..4) in RGB(A) order as the file stores it."""
     from PIL import Image, UnidentifiedImageError
 
     with _quiet(), _any_size():
         try:
             with Image.open(io.BytesIO(data)) as picture:
+                picture.seek(page or 0)
                 _check_claimed_size(picture.size, len(data), name)
                 deep = _bits(picture, data) > 8
                 _check_checksums(picture.format, data)
@@ -154,15 +177,16 @@ def _stored_values(data: bytes, name: str) -> tuple[np.ndarray[Any, Any], tuple[
                 array = _pillow_array(picture)
         except UnidentifiedImageError as error:
             if data[:2] in _TIFF_MARKS:
-                return _opencv_array(data, name), ()
+                return _opencv_array(data, name, page or 0), ()
             raise _unrecognised(data, name) from error
         except DataError:
             raise
         except Exception as error:  # noqa: BLE001 decoders raise whatever they like
             raise _damaged(name, error) from None
     if deep and array.dtype == np.uint8:  # pillow drops the lower byte of deep colour
-        array = _opencv_array(data, name)
-    many = (f"{name}: first of its {frames} pictures used",) if frames > 1 else ()
+        array = _opencv_array(data, name, page or 0)
+    unasked = frames > 1 and page is None
+    many = (f"{name}: first of its {frames} pictures used",) if unasked else ()
     return array, many
 
 
@@ -224,14 +248,14 @@ def _pillow_array(picture: Any) -> np.ndarray[Any, Any]:
     return array.astype(np.uint16) if mode.startswith("I;16") else array
 
 
-def _opencv_array(data: bytes, name: str) -> np.ndarray[Any, Any]:
+def _opencv_array(data: bytes, name: str, page: int) -> np.ndarray[Any, Any]:
     """Decode with OpenCV: deep colour, and what pillow does not know."""
     import cv2
 
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(0)
     try:
-        array = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+        array = _opencv_page(np.frombuffer(data, dtype=np.uint8), page)
     except cv2.error as error:
         raise _damaged(name, error.err) from None
     finally:
@@ -245,6 +269,15 @@ def _opencv_array(data: bytes, name: str) -> np.ndarray[Any, Any]:
     if decoded.ndim == 3 and decoded.shape[2] >= 3:
         decoded = decoded[:, :, [2, 1, 0, 3][: decoded.shape[2]]]
     return decoded
+
+
+def _opencv_page(data: np.ndarray[Any, Any], page: int) -> np.ndarray[Any, Any] | None:
+    import cv2
+
+    if page == 0:
+        return cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    _, pages = cv2.imdecodemulti(data, cv2.IMREAD_UNCHANGED, range=(page, page + 1))
+    return pages[0] if pages else None
 
 
 def _without_alpha(stored: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], Bools]:

@@ -1,4 +1,4 @@
-"""The part of a calibrated image that a user wants measured."""
+"""The part of a picture that a user wants measured."""
 
 import numpy as np
 
@@ -33,17 +33,7 @@ def region_mask(region: Region | None, mesh: TexturedMesh, image: CalibratedImag
     mask = image.image.mask.copy()
     if region is None:
         return mask
-    height, width = image.image.shape
-    if region.mask is not None:
-        if region.mask.shape != mask.shape:
-            rows, cols = region.mask.shape
-            raise ConfigError(
-                f"region mask: expected a picture of {width} x {height} px, the size of the "
-                f"flattened reference image, got {cols} x {rows}: draw it on that image"
-            )
-        mask &= region.mask
-    if region.polygon is not None:
-        mask &= fill_polygon(region.polygon, mask.shape)
+    mask &= picture_region(region, image.image.shape, picture="flattened reference image")
     if region.centre is not None and region.radius is not None:
         with np.errstate(invalid="ignore"):
             distance = np.linalg.norm(pixel_positions(mesh, image) - region.centre, axis=2)
@@ -54,6 +44,47 @@ def region_mask(region: Region | None, mesh: TexturedMesh, image: CalibratedImag
             "reference image), mask or ball (units and frame of the file)"
         )
     return mask
+
+
+def picture_region(region: Region, shape: tuple[int, int], *, picture: str) -> Bools:
+    """Mark the pixels that the mask and the polygons of a region allow.
+
+    Parameters
+    ----------
+    region : Region
+    shape : (int, int)
+        Height and width.
+    picture : str
+        What messages call it.
+
+    Returns
+    -------
+    (H, W)
+
+    Raises
+    ------
+    ConfigError
+        If the mask has another size.
+    """
+    allowed = np.ones(shape, dtype=bool)
+    if region.mask is not None:
+        if region.mask.shape != shape:
+            rows, cols = region.mask.shape
+            raise ConfigError(
+                f"region mask: expected a picture of {shape[1]} x {shape[0]} px, the size of the "
+                f"{picture}, got {cols} x {rows}: draw it on that image"
+            )
+        allowed &= region.mask
+    if region.polygons is not None:
+        allowed &= _fill_any(region.polygons, shape)
+    return allowed & ~_fill_any(region.holes, shape)
+
+
+def _fill_any(polygons: tuple[Floats, ...], shape: tuple[int, int]) -> Bools:
+    filled = np.zeros(shape, dtype=bool)
+    for corners in polygons:
+        filled |= fill_polygon(corners, shape)
+    return filled
 
 
 def fill_polygon(corners: Floats, shape: tuple[int, int]) -> Bools:

@@ -248,15 +248,13 @@ class Inputs:
 
 def region_in_mm(config: RegionConfig, scale: float) -> Region:
     """Make a region from its section; `scale` is mm per unit of the reference file."""
-    from shapemorph.io.images import read_grey_image
+    from shapemorph.io.images import read_white
 
-    mask = None
-    if config.mask is not None:
-        picture = read_grey_image(config.mask)
-        mask = (picture.grey > 0.5) & picture.mask
+    polygons = [*([config.polygon] if config.polygon else []), *(config.polygons or [])]
     return Region(
-        polygon=None if config.polygon is None else np.array(config.polygon, dtype=np.float64),
-        mask=mask,
+        polygons=tuple(np.array(each, dtype=np.float64) for each in polygons) or None,
+        holes=tuple(np.array(each, dtype=np.float64) for each in config.holes or ()),
+        mask=None if config.mask is None else read_white(config.mask),
         centre=None if config.centre is None else np.array(config.centre) * scale,
         radius=None if config.radius is None else config.radius * scale,
     )

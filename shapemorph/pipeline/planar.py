@@ -1,33 +1,30 @@
 """Two pictures of one material: their matches and morph sequence, or plain 2D correlation."""
 
 import csv
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from shapemorph.config import RunConfig
-from shapemorph.core.arrays import Bools
-from shapemorph.core.errors import ConfigError, DataError
-from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
-from shapemorph.core.morphed import Morphed
-from shapemorph.io.images import read_grey_image, read_picture
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
-from shapemorph.methods.colour_content import best_channel
-from shapemorph.pipeline.law_inputs import read_law_inputs
+from shapemorph.pipeline.clock import Clock
+from shapemorph.pipeline.picture_match import (
+    correlate_pictures,
+    match_pictures,
+    morph_by_law,
+    picture_law_inputs,
+)
+from shapemorph.pipeline.pictures import read_picture_pair
 from shapemorph.pipeline.planar_outputs import PlanarField, write_field, write_field_summary
-from shapemorph.pipeline.run import Event, Listener
+from shapemorph.pipeline.run import Listener
 from shapemorph.pipeline.sequence import MorphSequence, make_sequence, write_sequence
 from shapemorph.pipeline.summary import matching_figures, run_figures
 from shapemorph.pipeline.unmatched import showing_failed_match
-
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,22 +44,6 @@ class PictureOutcome:
     summary: dict[str, Any]
 
 
-class _Clock:
-    """Times named steps and tells the listener."""
-
-    def __init__(self, listener: Listener) -> None:
-        self.seconds: dict[str, float] = {}
-        self._listener = listener
-
-    def run(self, name: str, work: Callable[[], Result]) -> Result:
-        self._listener(Event(name, "started"))
-        begin = time.perf_counter()
-        result = work()
-        self.seconds[name] = time.perf_counter() - begin
-        self._listener(Event(name, "finished", self.seconds[name]))
-        return result
-
-
 def morph_images(
     reference: Path, deformed: Path, folder: Path, config: RunConfig, *, listener: Listener
 ) -> PictureOutcome:
@@ -73,16 +54,13 @@ def morph_images(
     ConfigError, DataError, StageError
         Nothing is written then.
     """
-    from shapemorph.stages.match import match
-
     check_writable(folder)
-    inputs = _law_inputs(config)
-    clock = _Clock(listener)
-    channel = config.inputs.channel
-    pair = clock.run("read", lambda: _read_pair((reference, deformed), None, channel))
-    left, right = pair.left, pair.right
+    inputs = picture_law_inputs(config)
+    clock = Clock(listener)
+    pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, None))
+    left, right = pair.reference, pair.deformed
     with showing_failed_match(folder, lambda: (left, right)):
-        matches = clock.run("match", lambda: match(left, right, config.match))
+        matches = clock.run("match", lambda: match_pictures(left, right, config))
     warps = clock.run("law", lambda: _both_warps(left, right, matches, inputs, config))
     sequence = clock.run("morph", lambda: make_sequence(left, right, warps, config.morph))
     with scratch_folder(folder) as scratch:
@@ -114,7 +92,8 @@ def correlate_images(
     mask : Path or None
         Picture of the size of the reference, white = measured.
     config : RunConfig
-        Sections match, morph, correlate and strain; `report.figures` says whether to draw.
+        Sections match, morph, correlate and strain, and `inputs.region`; `report.figures`
+        says whether to draw.
 
     Raises
     ------
@@ -122,18 +101,16 @@ def correlate_images(
         Nothing is written then.
     """
     from shapemorph.methods.planar_strain import planar_strain
-    from shapemorph.stages.match import match
 
     check_writable(folder)
-    inputs = _law_inputs(config)
-    clock = _Clock(listener)
-    channel = config.inputs.channel
-    pair = clock.run("read", lambda: _read_pair((reference, deformed), mask, channel))
-    left, right = pair.left, pair.right
+    inputs = picture_law_inputs(config)
+    clock = Clock(listener)
+    pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, mask))
+    left, right = pair.reference, pair.deformed
     with showing_failed_match(folder, lambda: (left, right)):
-        matches = clock.run("match", lambda: match(left, right, config.match))
-    morphed = clock.run("morph", lambda: _morphed(left, right, matches, inputs, config))
-    grid = clock.run("correlate", lambda: _correlate(left, right, morphed, config))
+        matches = clock.run("match", lambda: match_pictures(left, right, config))
+    morphed = clock.run("morph", lambda: morph_by_law(left, right, matches, inputs, config))
+    grid = clock.run("correlate", lambda: correlate_pictures(left, right, morphed, config))
     strain = clock.run("strain", lambda: planar_strain(grid, window=config.strain.window))
     field = PlanarField(left, grid, strain, matches, pair.figures())
     with scratch_folder(folder) as scratch:
@@ -141,17 +118,6 @@ def correlate_images(
         sections = write_field_summary(scratch, field, config, clock.seconds)
         files = move_files(scratch, folder, [reference, deformed, *([mask] if mask else [])])
         return PictureOutcome(folder, tuple(files), sections)
-
-
-def _law_inputs(config: RunConfig) -> LawInputs:
-    """Read what the law of two plain pictures needs."""
-    morph = config.morph
-    if morph.law == "fe" or (morph.law == "landmarks" and morph.dots is None):
-        raise ConfigError(
-            f"law {morph.law} needs two textured meshes, got two pictures: choose morph.law=warp, "
-            "polynomial or identity, or landmarks with morph.dots"
-        )
-    return read_law_inputs(morph, (morph.law,), lambda _: 1.0, lambda: None)
 
 
 def _both_warps(
@@ -162,68 +128,8 @@ def _both_warps(
 
     if config.morph.law == "warp":
         return matches.forward, matches.backward
-    forward = _morphed(left, right, matches, inputs, config).warp
+    forward = morph_by_law(left, right, matches, inputs, config).warp
     return forward, inverse_warp(forward, left.mask, right.shape)
-
-
-def _morphed(
-    left: GreyImage, right: GreyImage, matches: Matches, inputs: LawInputs, config: RunConfig
-) -> Morphed:
-    from shapemorph.stages.morph import morph_pictures
-
-    return morph_pictures(left, right, matches, inputs, config.morph)
-
-
-def _correlate(
-    left: GreyImage, right: GreyImage, morphed: Morphed, config: RunConfig
-) -> CorrelationGrid:
-    from shapemorph.methods.morphing import morph_image
-    from shapemorph.stages.correlate import correlate
-
-    def remorph(warp: Warp) -> GreyImage:
-        return morph_image(right, warp, left.shape)
-
-    return correlate(left, remorph, morphed, config.correlate, None)
-
-
-@dataclass(frozen=True, slots=True)
-class _Pair:
-    """Two pictures, and what of their colours became grey."""
-
-    left: GreyImage
-    right: GreyImage
-    channel: str
-    reason: str
-
-    def figures(self) -> dict[str, Any]:
-        """Section `inputs` of the summary."""
-        return {"channel": self.channel, "channel_reason": self.reason}
-
-
-def _read_pair(paths: tuple[Path, Path], mask: Path | None, channel: str) -> _Pair:
-    reason = "as inputs.channel says"
-    pictures = [read_picture(path, "luma" if channel == "auto" else channel) for path in paths]
-    if channel == "auto":
-        channel, reason = best_channel([picture.content for picture in pictures])
-        if channel != "luma":
-            pictures = [read_picture(path, channel) for path in paths]
-    left, right = (GreyImage(picture.grey, picture.opaque) for picture in pictures)
-    if mask is not None:
-        left = GreyImage(left.grey, left.mask & _read_mask(mask, left.shape))
-    return _Pair(left, right, channel, reason)
-
-
-def _read_mask(path: Path, shape: tuple[int, int]) -> Bools:
-    picture = read_grey_image(path)
-    if picture.shape != shape:
-        raise DataError(
-            f"mask {path}: expected the size of the reference, {shape[1]} x {shape[0]} px, got "
-            f"{picture.shape[1]} x {picture.shape[0]} px"
-        )
-    white: Bools = (picture.grey > 0.5) & picture.mask
-    if not white.any():
-        raise DataError(f"mask {path}: expected white where to measure, got none")
-    return white
 
 
 def _write_morph(

@@ -195,7 +195,12 @@ STAGES: tuple[Stage, ...] = (
         ("reference", "deformed", "flatten", "match", "law_inputs"),
         elsewhere=frozenset({"laws", "images", "dots", "fe", "fe_deformed"}),
     ),
-    Stage("correlate", _correlate, ("reference", "deformed", "region", "flatten", "morph")),
+    Stage(
+        "correlate",
+        _correlate,
+        ("reference", "deformed", "region", "flatten", "morph"),
+        elsewhere=frozenset({"reference", "update_zncc", "update_strain"}),
+    ),
     Stage("lift", _lift, ("reference", "deformed", "flatten", "correlate")),
     Stage(
         "spread",

@@ -146,7 +146,7 @@ def test_a_law_that_two_pictures_cannot_follow_is_refused_at_once(pictures, tmp_
 
 
 @pytest.mark.parametrize("command", ["morph", "correlate"])
-def test_pictures_that_do_not_match_are_exit_4_and_leave_nothing(
+def test_pictures_that_do_not_match_are_exit_4_and_leave_only_a_picture_of_why(
     pictures, tmp_path, capsys, command
 ):
     noise = gaussian_filter(np.random.default_rng(9).normal(size=(HEIGHT, WIDTH)), 1.5)
@@ -154,8 +154,10 @@ def test_pictures_that_do_not_match_are_exit_4_and_leave_nothing(
     write_grey_png(tmp_path / "other.png", other, np.ones(other.shape, bool))
     words = [command, pictures / "a.png", tmp_path / "other.png", "-o", tmp_path / "out"]
     assert main([*map(str, words), "--quiet"]) == 4
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "failed_match.png" in error
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["failed_match.png"]
 
 
 def test_a_missing_picture_is_exit_3_and_leaves_nothing(pictures, tmp_path, capsys):

@@ -38,10 +38,22 @@ def test_every_given_limit_applies(plate):
     half = np.zeros(image.image.shape, dtype=bool)
     half[:, :50] = True
     polygon = np.array([[20.0, 10], [90, 10], [90, 40], [20, 40]])
-    found = region_mask(Region(polygon=polygon, mask=half), mesh, image)
+    found = region_mask(Region(polygons=(polygon,), mask=half), mesh, image)
     expected = np.zeros_like(half)
     expected[10:40, 20:50] = True
     np.testing.assert_array_equal(found, expected & image.image.mask)
+
+
+def test_a_region_may_have_several_parts_and_holes(plate):
+    mesh, image = plate
+    left = np.array([[20.0, 10], [40, 10], [40, 40], [20, 40]])
+    right = left + np.array([20, 0])
+    hole = np.array([[30.0, 20], [50, 20], [50, 30], [30, 30]])
+    found = region_mask(Region(polygons=(left, right), holes=(hole,)), mesh, image)
+    expected = np.zeros(image.image.shape, dtype=bool)
+    expected[10:40, 20:60] = True
+    expected[20:30, 30:50] = False
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_a_mask_of_another_size_is_refused_with_both_sizes(plate):

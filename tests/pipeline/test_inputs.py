@@ -132,7 +132,7 @@ def test_a_region_is_in_mm_and_its_mask_is_white_where_measured(tmp_path):
     region = region_in_mm(config, 25.4)
     assert_allclose(region.centre, [25.4, 50.8, 76.2])
     assert region.radius == pytest.approx(12.7)
-    assert region.polygon.shape == (3, 2)
+    assert [polygon.shape for polygon in region.polygons] == [(3, 2)]
     assert np.argwhere(region.mask).tolist() == [[1, 5]]
 
 
