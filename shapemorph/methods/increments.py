@@ -160,9 +160,9 @@ def _on_mask(mask: Bools, at: Floats) -> Bools:
     """Whether the nearest pixel of each position lies on a mask."""
     place = np.rint(at).astype(np.int64)
     size = np.array(mask.shape[::-1])
-    inside: Bools = ((place >= 0) & (place < size)).all(axis=1)
+    inside = ((place >= 0) & (place < size)).all(axis=1)
     column, row = np.clip(place, 0, size - 1).T
-    return inside & mask[row, column]
+    return np.asarray(inside & mask[row, column])
 
 
 def _blend(values: Floats, cells: _Cells) -> Floats:
