@@ -18,6 +18,7 @@ from shapemorph.io.mesh_sources import mesh_sources
 from shapemorph.pipeline.fingerprints import file_fingerprint, files_fingerprint, fingerprint
 from shapemorph.pipeline.law_inputs import law_files, law_fingerprint, read_law_inputs
 
+_SIDES = ("reference", "deformed")
 _LAW_SOURCES = ("law_inputs", "all_law_inputs")
 _SAME_OBJECT = 6.0  # a rubber balloon grows threefold; units differ tenfold or more
 
@@ -122,7 +123,7 @@ class Inputs:
         refuse_mirrored(landmarks.deformed, landmarks.reference)
 
     def _take_fingerprint(self, name: str) -> str:
-        if name in ("reference", "deformed"):
+        if name in _SIDES:
             sources = files_fingerprint(mesh_sources(self.path(name)))
             return fingerprint(self.unit(name), self._config.inputs.channel, sources)
         if name == "reports":
@@ -156,7 +157,7 @@ class Inputs:
         return self._config.align.rigid_region
 
     def _read(self, name: str) -> Any:
-        if name in ("reference", "deformed"):
+        if name in _SIDES:
             return self._read_mesh(name)[0]
         if name == "reports":
             return self._read_reports()
@@ -178,6 +179,12 @@ class Inputs:
         found: tuple[TexturedMesh, MeshReport] = self._loaded[key]
         return found
 
+    def _read_both(self, channel: str) -> list[tuple[TexturedMesh, MeshReport]]:
+        """Read reference and deformed at once."""
+        from shapemorph.methods.threads import run_at_once
+
+        return run_at_once(lambda side: self._read_mesh_as(side, channel), _SIDES)
+
     def _channel(self) -> tuple[str, str]:
         """Channel of the colours that becomes grey, and why."""
         if "channel" not in self._loaded:
@@ -195,17 +202,14 @@ class Inputs:
             return self._config.inputs.channel, "as inputs.channel says"
         from shapemorph.methods.colour_content import best_channel
 
-        sides = ("reference", "deformed")
-        best, reason = best_channel([self._read_mesh_as(s, "luma")[1].content for s in sides])
+        best, reason = best_channel([report.content for _, report in self._read_both("luma")])
         if best != "luma":
-            for side in sides:
+            for side in _SIDES:
                 del self._loaded[f"{side} and report, luma"]
         return best, reason
 
     def _read_reports(self) -> InputReports:
-        (reference, report), (deformed, other) = (
-            self._read_mesh(side) for side in ("reference", "deformed")
-        )
+        (reference, report), (deformed, other) = self._read_both(self._channel()[0])
         check_sizes(reference.size, deformed.size)
         return InputReports(report, other, reference.size, deformed.size, *self._channel())
 
