@@ -19,7 +19,8 @@ from shapemorph.core.arrays import Codes, Floats, Greys, Ints
 from shapemorph.core.status import PointStatus
 from shapemorph.kernels.small_linear import compose_with_inverse, factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
-from shapemorph.kernels.subset_rows import LANES, warped_moments
+from shapemorph.kernels.subset_rows import warped_moments
+from shapemorph.kernels.vectors import LANES
 
 Counts: TypeAlias = NDArray[np.int32]
 
@@ -35,6 +36,8 @@ HOPELESS_ZNCC = 0.25
 WORSE = 1e-3  # a step that loses more ZNCC than this is taken back and damped
 MAX_DAMPING = 1e4
 FADED = 0.1  # the deformed subset may have so much less contrast than the reference must have
+
+SHRINKING = 0.25  # steps that shrink at least so much go on shrinking
 
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
@@ -121,11 +124,18 @@ def _corner_motion(step, radius) -> float:  # type: ignore[no-untyped-def]
     return float(np.sqrt(motion))
 
 
+@njit(cache=True, error_model="numpy")
+def _settled(motion, last_motion, tolerance) -> bool:  # type: ignore[no-untyped-def]
+    """Tell if all steps to come, shrinking as the last one did, stay below half the tolerance."""
+    left = last_motion - motion
+    return bool(motion < SHRINKING * last_motion and motion * motion < 0.5 * tolerance * left)
+
+
 @njit(inline="always")
 def _match_one(  # type: ignore[no-untyped-def]
     reference, inside, counts, coefficients, other_inside, other_counts, x, y, warp,
     radius, order, second, tolerance, max_iterations, min_count, min_deviation, max_drift,
-    lane_x, steps, weights, is_full, system,
+    lane_x, weights, is_full, system,
 ) -> tuple[int, float, int, bool]:  # fmt: skip
     """Match one point; `warp` is its start and becomes its result."""
     hessian, lower, products = system[0:12], system[12:24], system[24:27]
@@ -144,6 +154,7 @@ def _match_one(  # type: ignore[no-untyped-def]
     mean, offset, energy = _ZERO, 0.0, 0.0
     best_zncc = -2.0
     start_x, start_y = warp[0], warp[6]
+    last_motion = 0.0
     for iteration in range(1, max_iterations + 1):
         where = _whole_box(other_counts, x, y, warp, radius)
         if where == 0:
@@ -172,9 +183,8 @@ def _match_one(  # type: ignore[no-untyped-def]
             best_zncc = -2.0
 
         warped_moments(
-            coefficients, x, y, warp, radius, second, reference, weights, lane_x, steps, mean,
-            moments,
-        )  # fmt: skip
+            coefficients, x, y, warp, radius, second, reference, weights, lane_x, mean, moments
+        )
         found = moments[0] / count
         found_energy = moments[1] - moments[0] * found
         if not found_energy > count * min_energy * FADED * FADED:
@@ -214,8 +224,15 @@ def _match_one(  # type: ignore[no-untyped-def]
         drift_x, drift_y = warp[0] - start_x, warp[6] - start_y
         if not drift_x * drift_x + drift_y * drift_y <= max_drift * max_drift:
             return NOT_CONVERGED, best_zncc, iteration, full
-        if _corner_motion(step, radius) < tolerance * (1.0 if damping == 0.0 else 0.01):
-            return OK, best_zncc, iteration, full
+        motion = _corner_motion(step, radius)
+        if motion < tolerance * (1.0 if damping == 0.0 else 0.01) or (
+            damping == 0.0 and _settled(motion, last_motion, tolerance)
+        ):
+            gained = 0.0
+            for a in range(unknowns):
+                gained += right[a] * solution[a]
+            return OK, min(np.sqrt(best_zncc**2 + gained / energy), 1.0), iteration, full
+        last_motion = motion if damping == 0.0 else 0.0
     return NOT_CONVERGED, best_zncc, max_iterations, full
 
 
@@ -289,7 +306,6 @@ def match_subsets(
     lane_x = np.empty(lanes, dtype=np.float32)
     for i in range(lanes):
         lane_x[i] = np.float32(i - radius)
-    steps = np.arange(5).astype(np.uint64)
     weights = np.zeros((width, lanes), dtype=np.float32)
     system = np.zeros((36, 15))
     full = False
@@ -297,6 +313,6 @@ def match_subsets(
         outcome[k], zncc[k], iterations[k], full = _match_one(
             reference, inside, counts, coefficients, other_inside, other_counts,
             points[k, 0], points[k, 1], warps[k], radius, order, second, tolerance,
-            max_iterations, min_count, min_deviation, max_drift, lane_x, steps, weights,
-            full, system,
+            max_iterations, min_count, min_deviation, max_drift, lane_x, weights, full,
+            system,
         )  # fmt: skip

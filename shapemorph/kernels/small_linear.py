@@ -19,7 +19,7 @@ def factor(matrix: Floats, count: int, damping: float, lower: Floats) -> bool:
     damping : float
         The diagonal is multiplied by 1 + damping.
     lower : (K, K)
-        Filled with the factor.
+        Filled with the factor, but with the inverse of its diagonal.
 
     Returns
     -------
@@ -36,9 +36,9 @@ def factor(matrix: Floats, count: int, damping: float, lower: Floats) -> bool:
             if i == j:
                 if not total > 1e-10 * matrix[i, i]:
                     return False
-                lower[i, i] = np.sqrt(total)
+                lower[i, i] = 1.0 / np.sqrt(total)
             else:
-                lower[i, j] = total / lower[j, j]
+                lower[i, j] = total * lower[j, j]
     return True
 
 
@@ -49,12 +49,12 @@ def solve(lower: Floats, right: Floats, count: int, solution: Floats) -> None:
         total = right[i]
         for k in range(i):
             total -= lower[i, k] * solution[k]
-        solution[i] = total / lower[i, i]
+        solution[i] = total * lower[i, i]
     for i in range(count - 1, -1, -1):
         total = solution[i]
         for k in range(i + 1, count):
             total -= lower[k, i] * solution[k]
-        solution[i] = total / lower[i, i]
+        solution[i] = total * lower[i, i]
 
 
 @njit(cache=True, error_model="numpy")

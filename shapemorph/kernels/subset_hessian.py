@@ -1,7 +1,7 @@
 """What Gauss-Newton needs of the reference subset, once for each point.
 
-The products of the slopes are summed over rows with powers of x and gathered with
-powers of y: the Hessian of an affine subset takes nine sums a row, not twenty-one.
+The products of the slopes are summed for every column with powers of y; the powers of x
+come in once at the end.
 """
 
 import numpy as np
@@ -9,87 +9,143 @@ from numba import njit
 
 from shapemorph.core.arrays import Floats
 from shapemorph.kernels.subset_rows import VECTOR_FLAGS
+from shapemorph.kernels.vectors import LANES, fused, load, spread, total
 
-_ZERO = np.float32(0.0)
+# place of the product of two of the terms 1, x, y, x^2, x y, y^2 among the moments x^a y^b
+_PRODUCT = np.array(
+    [
+        [0, 1, 2, 3, 4, 5],
+        [1, 3, 4, 6, 7, 8],
+        [2, 4, 5, 7, 8, 9],
+        [3, 6, 7, 10, 11, 12],
+        [4, 7, 8, 11, 12, 13],
+        [5, 8, 9, 12, 13, 14],
+    ]
+)
 
 
 @njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
 def mean_grey(reference, weights, row, col, count):  # type: ignore[no-untyped-def]
     """Mean of the reference grey over the pixels of a subset that count."""
-    total = _ZERO
-    lanes = np.uint64(weights.shape[1])
-    start = np.uint64(col)
+    width, lanes = weights.shape
+    stride = reference.shape[2]
+    sum_ = spread(0.0)
+    for j in range(width):
+        at = (row + j) * stride + col
+        for first in range(0, lanes, LANES):
+            sum_ = fused(load(reference, at + first), load(weights, j * lanes + first), sum_)
+    return np.float32(total(sum_) / count)
+
+
+@njit(forceinline=True, error_model="numpy")
+def _columns_of_products(reference, at, weights, lanes, first, radius):  # type: ignore[no-untyped-def]
+    """Products of the slopes, times 1, y, y^2, summed over the rows of a block of columns."""
+    a0 = a1 = a2 = b0 = b1 = b2 = c0 = c1 = c2 = spread(0.0)
+    stride = reference.shape[2]
+    plane = reference.shape[1] * stride
     for j in range(weights.shape[0]):
-        line, near = np.uint64(row + j), np.uint64(j)
-        for i in range(lanes):
-            total += reference[0, line, start + i] * weights[near, i]
-    return total / np.float32(count)
-
-
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _slope_products(reference, weights, lane_x, line, near, start, lanes, second):  # type: ignore[no-untyped-def]
-    """Sum the products of slopes times powers of x over a row."""
-    a0 = a1 = a2 = a3 = a4 = _ZERO
-    b0 = b1 = b2 = b3 = b4 = _ZERO
-    c0 = c1 = c2 = c3 = c4 = _ZERO
-    for i in range(lanes):
-        x = lane_x[i]
-        gx, gy = reference[1, line, start + i], reference[2, line, start + i]
-        wx = gx * weights[near, i]
-        a, b, c = wx * gx, wx * gy, gy * gy * weights[near, i]
-        ax, bx, cx = a * x, b * x, c * x
-        axx, bxx, cxx = ax * x, bx * x, cx * x
+        y = spread(float(j - radius))
+        slope_x = load(reference, at + j * stride + plane)
+        slope_y = load(reference, at + j * stride + 2 * plane)
+        weight = load(weights, j * lanes + first)
+        wx = slope_x * weight
+        a, b, c = wx * slope_x, wx * slope_y, slope_y * slope_y * weight
         a0, b0, c0 = a0 + a, b0 + b, c0 + c
-        a1, b1, c1 = a1 + ax, b1 + bx, c1 + cx
-        a2, b2, c2 = a2 + axx, b2 + bxx, c2 + cxx
-        if second is not None:
-            a3, b3, c3 = a3 + axx * x, b3 + bxx * x, c3 + cxx * x
-            a4, b4, c4 = a4 + axx * x * x, b4 + bxx * x * x, c4 + cxx * x * x
-    return (a0, a1, a2, a3, a4), (b0, b1, b2, b3, b4), (c0, c1, c2, c3, c4)
+        a, b, c = a * y, b * y, c * y
+        a1, b1, c1 = a1 + a, b1 + b, c1 + c
+        a2, b2, c2 = fused(a, y, a2), fused(b, y, b2), fused(c, y, c2)
+    return (a0, a1, a2), (b0, b1, b2), (c0, c1, c2)
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _slope_sums(reference, weights, lane_x, line, near, start, lanes, mean, second):  # type: ignore[no-untyped-def]
-    """Sum grey, and slopes and grey times slopes with powers of x, over a row."""
-    f0 = f1 = a0 = a1 = a2 = b0 = b1 = b2 = _ZERO
-    c0 = c1 = c2 = d0 = d1 = d2 = _ZERO
-    for i in range(lanes):
-        x, w = lane_x[i], weights[near, i]
-        f = (reference[0, line, start + i] - mean) * w
-        a, b = reference[1, line, start + i] * w, reference[2, line, start + i] * w
-        c, d = f * a, f * b
-        ax, bx, cx, dx = a * x, b * x, c * x, d * x
-        f0, f1 = f0 + f, f1 + f * f
-        a0, b0, c0, d0 = a0 + a, b0 + b, c0 + c, d0 + d
-        a1, b1, c1, d1 = a1 + ax, b1 + bx, c1 + cx, d1 + dx
-        if second is not None:
-            a2, b2, c2, d2 = a2 + ax * x, b2 + bx * x, c2 + cx * x, d2 + dx * x
+@njit(forceinline=True, error_model="numpy")
+def _columns_of_higher(reference, at, weights, lanes, first, radius):  # type: ignore[no-untyped-def]
+    """Products of the slopes, times y^3 and y^4, summed likewise."""
+    a3 = a4 = b3 = b4 = c3 = c4 = spread(0.0)
+    stride = reference.shape[2]
+    plane = reference.shape[1] * stride
+    for j in range(weights.shape[0]):
+        y = float(j - radius)
+        slope_x = load(reference, at + j * stride + plane)
+        slope_y = load(reference, at + j * stride + 2 * plane)
+        weight = load(weights, j * lanes + first) * spread(y * y * y)
+        wx = slope_x * weight
+        a, b, c = wx * slope_x, wx * slope_y, slope_y * slope_y * weight
+        a3, b3, c3 = a3 + a, b3 + b, c3 + c
+        a4, b4, c4 = fused(a, spread(y), a4), fused(b, spread(y), b4), fused(c, spread(y), c4)
+    return (a3, a4), (b3, b4), (c3, c4)
+
+
+@njit(forceinline=True, error_model="numpy")
+def _columns_of_sums(reference, at, weights, lanes, first, radius, mean):  # type: ignore[no-untyped-def]
+    """Grey, its square, slopes and grey times slopes, summed likewise."""
+    f0 = f1 = spread(0.0)
+    a0 = a1 = a2 = b0 = b1 = b2 = c0 = c1 = c2 = d0 = d1 = d2 = spread(0.0)
+    stride = reference.shape[2]
+    plane = reference.shape[1] * stride
+    for j in range(weights.shape[0]):
+        y = spread(float(j - radius))
+        weight = load(weights, j * lanes + first)
+        grey = (load(reference, at + j * stride) - spread(mean)) * weight
+        a = load(reference, at + j * stride + plane) * weight
+        b = load(reference, at + j * stride + 2 * plane) * weight
+        f0, f1 = f0 + grey, fused(grey, grey, f1)
+        a0, b0 = a0 + a, b0 + b
+        c0, d0 = fused(grey, a, c0), fused(grey, b, d0)
+        a, b = a * y, b * y
+        a1, b1 = a1 + a, b1 + b
+        c1, d1 = fused(grey, a, c1), fused(grey, b, d1)
+        a, b = a * y, b * y
+        a2, b2 = a2 + a, b2 + b
+        c2, d2 = fused(grey, a, c2), fused(grey, b, d2)
     return (f0, f1), (a0, a1, a2), (b0, b1, b2), (c0, c1, c2), (d0, d1, d2)
 
 
 @njit(forceinline=True, error_model="numpy")
-def _spread_products(row_sums, y, degree, out):  # type: ignore[no-untyped-def]
-    """Add the sums of a row, times powers of y, to the moments x^a y^b, a + b <= degree."""
-    power = 1.0
-    for b in range(degree + 1):
-        for a in range(degree + 1 - b):
-            out[(a + b) * (a + b + 1) // 2 + b] += row_sums[a] * power
-        power *= y
+def _add_products(columns, xs, out):  # type: ignore[no-untyped-def]
+    """Add columns, times powers of x, to the moments x^a y^b, a + b <= 2."""
+    out[0] += total(columns[0])
+    out[1] += total(columns[0] * xs)
+    out[2] += total(columns[1])
+    out[3] += total(columns[0] * xs * xs)
+    out[4] += total(columns[1] * xs)
+    out[5] += total(columns[2])
 
 
 @njit(forceinline=True, error_model="numpy")
-def _spread_sums(sums, y, out, first, second):  # type: ignore[no-untyped-def]
-    """Add the sums of a row to the moments of 1, x, y, x^2, x y, y^2 from `first` on."""
-    out[first] += sums[0]
-    out[first + 1] += sums[1]
-    out[first + 2] += sums[0] * y
+def _add_higher(columns, higher, xs, out):  # type: ignore[no-untyped-def]
+    """Add the same of a + b = 3 and 4; `higher` are the columns times y^3 and y^4."""
+    xxx = xs * xs * xs
+    out[6] += total(columns[0] * xxx)
+    out[7] += total(columns[1] * xs * xs)
+    out[8] += total(columns[2] * xs)
+    out[9] += total(higher[0])
+    out[10] += total(columns[0] * xxx * xs)
+    out[11] += total(columns[1] * xxx)
+    out[12] += total(columns[2] * xs * xs)
+    out[13] += total(higher[0] * xs)
+    out[14] += total(higher[1])
+
+
+@njit(forceinline=True, error_model="numpy")
+def _add_sums(columns, xs, second, first, out):  # type: ignore[no-untyped-def]
+    """Add columns, times powers of x, to the moments of 1, x, y, x^2, x y, y^2 from `first` on."""
+    out[first] += total(columns[0])
+    out[first + 1] += total(columns[0] * xs)
+    out[first + 2] += total(columns[1])
     if second is not None:
-        out[first + 3] += sums[2]
-        out[first + 4] += sums[1] * y
-        out[first + 5] += sums[0] * y * y
+        out[first + 3] += total(columns[0] * xs * xs)
+        out[first + 4] += total(columns[1] * xs)
+        out[first + 5] += total(columns[2])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(forceinline=True, error_model="numpy")
+def _add_grey(columns, out):  # type: ignore[no-untyped-def]
+    """Add the sums of grey and its square."""
+    out[0] += total(columns[0])
+    out[1] += total(columns[1])
+
+
+@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
 def reference_moments(  # type: ignore[no-untyped-def]
     reference, weights, lane_x, row, col, mean, second, products, total, along
 ):  # fmt: skip
@@ -100,9 +156,9 @@ def reference_moments(  # type: ignore[no-untyped-def]
     reference : (3, H, W) float32
         Grey, slope along x, slope along y.
     weights : (R, L) float32
-        1 for pixels that count, else 0.
+        1 for pixels that count, else 0; L is a multiple of LANES.
     lane_x : (L,) float32
-        Local x of the lanes.
+        Local x of the columns.
     row, col : int
         Of the upper left pixel of the subset.
     mean : float32
@@ -119,24 +175,28 @@ def reference_moments(  # type: ignore[no-untyped-def]
     products[:] = 0.0
     total[:] = 0.0
     along[:] = 0.0
-    lanes, start = np.uint64(weights.shape[1]), np.uint64(col)
-    degree = 2 if second is None else 4
-    for j in range(weights.shape[0]):
-        y = float(lane_x[j])
-        line, near = np.uint64(row + j), np.uint64(j)
-        xx, xy, yy = _slope_products(reference, weights, lane_x, line, near, start, lanes, second)
-        _spread_products(xx, y, degree, products[0])
-        _spread_products(xy, y, degree, products[1])
-        _spread_products(yy, y, degree, products[2])
-        grey, along_x, along_y, grey_x, grey_y = _slope_sums(
-            reference, weights, lane_x, line, near, start, lanes, mean, second
+    width, lanes = weights.shape
+    radius = (width - 1) // 2
+    for first in range(0, lanes, LANES):
+        at = row * reference.shape[2] + col + first
+        xs = load(lane_x, first)
+        xx, xy, yy = _columns_of_products(reference, at, weights, lanes, first, radius)
+        _add_products(xx, xs, products[0])
+        _add_products(xy, xs, products[1])
+        _add_products(yy, xs, products[2])
+        if second is not None:
+            fxx, fxy, fyy = _columns_of_higher(reference, at, weights, lanes, first, radius)
+            _add_higher(xx, fxx, xs, products[0])
+            _add_higher(xy, fxy, xs, products[1])
+            _add_higher(yy, fyy, xs, products[2])
+        grey, slope_x, slope_y, grey_x, grey_y = _columns_of_sums(
+            reference, at, weights, lanes, first, radius, mean
         )
-        along[0] += grey[0]
-        along[1] += grey[1]
-        _spread_sums(along_x, y, total, 3, second)
-        _spread_sums(along_y, y, total, 9, second)
-        _spread_sums(grey_x, y, along, 3, second)
-        _spread_sums(grey_y, y, along, 9, second)
+        _add_grey(grey, along)
+        _add_sums(slope_x, xs, second, 3, total)
+        _add_sums(slope_y, xs, second, 9, total)
+        _add_sums(grey_x, xs, second, 3, along)
+        _add_sums(grey_y, xs, second, 9, along)
 
 
 @njit(cache=True, error_model="numpy")
@@ -148,20 +208,14 @@ def fill_hessian(  # type: ignore[no-untyped-def]
     What gain and offset of the grey can explain is taken out. Rows are the terms along x,
     then those along y; only the lower triangle is filled.
     """
-    for a in range(2 * terms):
-        half_a, s = a // terms, a % terms
-        degree_s = 0 if s == 0 else (1 if s < 3 else 2)
-        power_s = s - degree_s * (degree_s + 1) // 2
-        at_a = 3 + 6 * half_a + s
-        for b in range(a + 1):
-            half_b, t = b // terms, b % terms
-            degree_t = 0 if t == 0 else (1 if t < 3 else 2)
-            power_t = t - degree_t * (degree_t + 1) // 2
-            at_b = 3 + 6 * half_b + t
-            degree = degree_s + degree_t
-            place = degree * (degree + 1) // 2 + power_s + power_t
-            hessian[a, b] = (
-                products[half_a + half_b, place]
-                - total[at_a] * total[at_b] / count
-                - along[at_a] * along[at_b] / energy
-            )
+    per_count, per_energy = 1.0 / count, 1.0 / energy
+    for block in range(3):
+        first, second = (block + 1) // 2, block // 2  # xx, yx, yy
+        for s in range(terms):
+            at_s = 3 + 6 * first + s
+            one, own = total[at_s] * per_count, along[at_s] * per_energy
+            for t in range(terms if block == 1 else s + 1):
+                at_t = 3 + 6 * second + t
+                hessian[first * terms + s, second * terms + t] = (
+                    products[block, _PRODUCT[s, t]] - one * total[at_t] - own * along[at_t]
+                )

@@ -12,6 +12,7 @@ from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.kernels.small_linear import factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
 from shapemorph.kernels.subset_rows import VECTOR_FLAGS
+from shapemorph.kernels.vectors import LANES
 
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
@@ -245,7 +246,7 @@ def solution_covariance(
     width = 2 * radius + 1
     terms = (order + 1) * (order + 2) // 2
     room = _largest(lags)
-    pitch = width + room
+    pitch = (width + room + LANES - 1) // LANES * LANES
     length = width * pitch
     weights = np.zeros((width, pitch), dtype=np.float32)
     influence = np.zeros((2, pitch + 1, pitch), dtype=np.float32)

@@ -1,203 +1,109 @@
-"""Interpolate the rows of a warped subset and sum them up, in one pass.
+"""Interpolate a warped subset and sum it up, in one pass.
 
-All that Gauss-Newton needs of a row are its moments: sums of the deformed grey alone,
-times the reference grey, and times the slopes with powers of x. y is constant along a
-row, so its powers come in later.
+All that Gauss-Newton needs of a subset are its moments: sums of the deformed grey alone,
+times the reference grey, and times the slopes with powers of x and y. x belongs to a
+column and y to a row: sums are kept for every column, with the powers of y alone, and
+the powers of x come in once at the end.
 
-Near the identity the 4 x 4 spline supports of neighbouring pixels in a row are
-neighbours too, so a row is read as contiguous runs instead of being gathered pixel by
-pixel. A run in which the support jumps once is read with five columns and rows, of
-which the weights switch four on. A row that fits neither is cut into short runs, and
-what fits nothing is gathered.
-
-Rows are read in whole vectors of `LANES` pixels; the pixels beyond the subset have
-weight zero. To keep the loops in vector registers, indices are unsigned (a signed one
-brings a test for negative positions), constants are typed (a plain literal turns all
-into float64), nothing is stored inside a loop, and the offsets of the taps come from an
-array (with literal offsets the compiler shuffles the loads of the pixel before, which
-is slower than loading again).
+The subset is read in blocks of `LANES` columns, row by row. Near the identity the 4 x 4
+spline supports of neighbouring pixels in a row are neighbours too, so a row of a block is
+read as vectors from 16 places instead of being gathered pixel by pixel. A row in which the
+support jumps once is read from 25 places, of which the weights switch sixteen on. What
+fits neither is gathered. Columns beyond the subset have weight zero.
 """
 
 import numpy as np
 from numba import njit
 
-LANES = 8
+from shapemorph.kernels.vectors import LANES, choose, fused, gather, load, spread, total, whole
+
 SLACK = 0.02  # how far a spline piece is used beyond its end: off by 1e-5 of the contrast
 VECTOR_FLAGS = {"reassoc", "contract", "nsz", "arcp"}  # NaN and infinity keep their meaning
 
-_ZERO = np.float32(0.0)
-_ONE = np.float32(1.0)
-_TWO = np.float32(2.0)
-_HALF = np.float32(0.5)
-_SIXTH = np.float32(1.0 / 6.0)
-_TWO_THIRDS = np.float32(2.0 / 3.0)
+_SCALE = 1.0 / 36.0  # the weights below are six times too large, in both directions
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@njit(forceinline=True, error_model="numpy")
 def _weights(t):  # type: ignore[no-untyped-def]
-    """Weights of the four knots around offset t, in float32."""
-    s = _ONE - t
-    left = _TWO_THIRDS - _HALF * t * t * (_TWO - t)
-    right = _TWO_THIRDS - _HALF * s * s * (_TWO - s)
-    return s * s * s * _SIXTH, left, right, t * t * t * _SIXTH
+    """Weights of the four knots around offset t, times six."""
+    s = spread(1.0) - t
+    tt, ss = t * t, s * s
+    left = fused(tt, fused(t, spread(3.0), spread(-6.0)), spread(4.0))
+    right = fused(ss, fused(s, spread(3.0), spread(-6.0)), spread(4.0))
+    return ss * s, left, right, tt * t
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@njit(forceinline=True, error_model="numpy")
 def _weights_across(t):  # type: ignore[no-untyped-def]
-    """Weights of five knots for an offset t in [0, 2)."""
-    beyond = t >= _ONE
-    a, b, c, d = _weights(t - _ONE if beyond else t)
+    """Weights of five knots for an offset t in [0, 2), times six."""
+    zero, one = spread(0.0), spread(1.0)
+    a, b, c, d = _weights(choose(t, one, t - one, t))
     return (
-        _ZERO if beyond else a,
-        a if beyond else b,
-        b if beyond else c,
-        c if beyond else d,
-        d if beyond else _ZERO,
+        choose(t, one, zero, a),
+        choose(t, one, a, b),
+        choose(t, one, b, c),
+        choose(t, one, c, d),
+        choose(t, one, d, zero),
     )
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _add(s0, s1, s2, s3, s4, s5, s6, s7, s8, value, x, pattern, slope_x, slope_y, second):  # type: ignore[no-untyped-def]
-    """Add one pixel to the moments of a row; `second` None leaves the squares of x out."""
-    along_x, along_y = slope_x * value, slope_y * value
-    x1, y1 = along_x * x, along_y * x
-    s0 += value
-    s1 += value * value
-    s2 += pattern * value
-    s3 += along_x
-    s4 += x1
-    s5 += along_y
-    s6 += y1
-    if second is not None:
-        s7 += x1 * x
-        s8 += y1 * x
-    return s0, s1, s2, s3, s4, s5, s6, s7, s8
+@njit(forceinline=True, error_model="numpy")
+def _along_four(c, at, p0, p1, p2, p3):  # type: ignore[no-untyped-def]
+    """Weighted sum of four neighbours in a row."""
+    left = fused(p1, load(c, at + 1), p0 * load(c, at))
+    return left + fused(p3, load(c, at + 3), p2 * load(c, at + 2))
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _run_of_four(  # type: ignore[no-untyped-def]
-    c, row, col, px, py, second,
-    reference, weights, lane_x, steps, line, near, origin, first, last, mean,
-):  # fmt: skip
-    """Moments of pixels whose supports advance by one column each."""
-    ax, bx, ex = np.float32(px[0]), np.float32(px[1]), np.float32(px[2])
-    ay, by, ey = np.float32(py[0]), np.float32(py[1]), np.float32(py[2])
-    r0 = np.uint64(row)
-    r1, r2, r3 = r0 + steps[1], r0 + steps[2], r0 + steps[3]
-    start = np.uint64(col)
-    k0, k1, k2, k3 = start + steps[0], start + steps[1], start + steps[2], start + steps[3]
-    s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = s8 = _ZERO
-    for i in range(np.uint64(first), np.uint64(last)):
-        x = lane_x[i]
-        p0, p1, p2, p3 = _weights(ax + x * (bx + ex * x))
-        q0, q1, q2, q3 = _weights(ay + x * (by + ey * x))
-        value = (
-            q0 * (p0 * c[r0, k0 + i] + p1 * c[r0, k1 + i] + p2 * c[r0, k2 + i] + p3 * c[r0, k3 + i])
-            + q1
-            * (p0 * c[r1, k0 + i] + p1 * c[r1, k1 + i] + p2 * c[r1, k2 + i] + p3 * c[r1, k3 + i])
-            + q2
-            * (p0 * c[r2, k0 + i] + p1 * c[r2, k1 + i] + p2 * c[r2, k2 + i] + p3 * c[r2, k3 + i])
-            + q3
-            * (p0 * c[r3, k0 + i] + p1 * c[r3, k1 + i] + p2 * c[r3, k2 + i] + p3 * c[r3, k3 + i])
-        )
-        at = origin + i
-        value = (value - mean) * weights[near, i]
-        s0, s1, s2, s3, s4, s5, s6, s7, s8 = _add(
-            s0, s1, s2, s3, s4, s5, s6, s7, s8,
-            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at],
-            second,
-        )  # fmt: skip
-    return s0, s1, s2, s3, s4, s5, s6, s7, s8
+@njit(forceinline=True, error_model="numpy")
+def _four(c, stride, at, t, u):  # type: ignore[no-untyped-def]
+    """Grey of pixels whose supports advance by one column each."""
+    p0, p1, p2, p3 = _weights(t)
+    q0, q1, q2, q3 = _weights(u)
+    upper = q0 * _along_four(c, at, p0, p1, p2, p3)
+    upper = fused(q1, _along_four(c, at + stride, p0, p1, p2, p3), upper)
+    lower = q2 * _along_four(c, at + 2 * stride, p0, p1, p2, p3)
+    return upper + fused(q3, _along_four(c, at + 3 * stride, p0, p1, p2, p3), lower)
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _run_of_five(  # type: ignore[no-untyped-def]
-    c, row, col, px, py, second,
-    reference, weights, lane_x, steps, line, near, origin, first, last, mean,
-):  # fmt: skip
-    """Moments of pixels whose supports jump by one column or row at most once."""
-    ax, bx, ex = np.float32(px[0]), np.float32(px[1]), np.float32(px[2])
-    ay, by, ey = np.float32(py[0]), np.float32(py[1]), np.float32(py[2])
-    r0 = np.uint64(row)
-    r1, r2, r3, r4 = r0 + steps[1], r0 + steps[2], r0 + steps[3], r0 + steps[4]
-    start = np.uint64(col)
-    k0, k1, k2, k3 = start + steps[0], start + steps[1], start + steps[2], start + steps[3]
-    k4 = start + steps[4]
-    s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = s8 = _ZERO
-    for i in range(np.uint64(first), np.uint64(last)):
-        x = lane_x[i]
-        p0, p1, p2, p3, p4 = _weights_across(ax + x * (bx + ex * x))
-        q0, q1, q2, q3, q4 = _weights_across(ay + x * (by + ey * x))
-        a, b, d, e, f = k0 + i, k1 + i, k2 + i, k3 + i, k4 + i
-        value = (
-            q0 * (p0 * c[r0, a] + p1 * c[r0, b] + p2 * c[r0, d] + p3 * c[r0, e] + p4 * c[r0, f])
-            + q1 * (p0 * c[r1, a] + p1 * c[r1, b] + p2 * c[r1, d] + p3 * c[r1, e] + p4 * c[r1, f])
-            + q2 * (p0 * c[r2, a] + p1 * c[r2, b] + p2 * c[r2, d] + p3 * c[r2, e] + p4 * c[r2, f])
-            + q3 * (p0 * c[r3, a] + p1 * c[r3, b] + p2 * c[r3, d] + p3 * c[r3, e] + p4 * c[r3, f])
-            + q4 * (p0 * c[r4, a] + p1 * c[r4, b] + p2 * c[r4, d] + p3 * c[r4, e] + p4 * c[r4, f])
-        )
-        at = origin + i
-        value = (value - mean) * weights[near, i]
-        s0, s1, s2, s3, s4, s5, s6, s7, s8 = _add(
-            s0, s1, s2, s3, s4, s5, s6, s7, s8,
-            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at],
-            second,
-        )  # fmt: skip
-    return s0, s1, s2, s3, s4, s5, s6, s7, s8
+@njit(forceinline=True, error_model="numpy")
+def _along_five(c, at, p0, p1, p2, p3, p4):  # type: ignore[no-untyped-def]
+    """Weighted sum of five neighbours in a row."""
+    return fused(p4, load(c, at + 4), _along_four(c, at, p0, p1, p2, p3))
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _gathered(  # type: ignore[no-untyped-def]
-    c, row, col, px, py, second,
-    reference, weights, lane_x, line, near, origin, first, last, mean,
-):  # fmt: skip
-    """Moments of pixels that each have a support of their own."""
-    s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = s8 = _ZERO
-    for i in range(first, last):
-        if weights[near, i] == _ZERO:
-            continue
-        x = lane_x[i]
-        at_x = px[0] + x * (px[1] + px[2] * x)
-        at_y = py[0] + x * (py[1] + py[2] * x)
-        jump_x, jump_y = int(np.floor(at_x)), int(np.floor(at_y))
-        p0, p1, p2, p3 = _weights(np.float32(at_x - jump_x))
-        q0, q1, q2, q3 = _weights(np.float32(at_y - jump_y))
-        top, k = row + jump_y, col + i + jump_x
-        value = (
-            q0 * (p0 * c[top, k] + p1 * c[top, k + 1] + p2 * c[top, k + 2] + p3 * c[top, k + 3])
-            + q1
-            * (
-                p0 * c[top + 1, k]
-                + p1 * c[top + 1, k + 1]
-                + p2 * c[top + 1, k + 2]
-                + p3 * c[top + 1, k + 3]
-            )
-            + q2
-            * (
-                p0 * c[top + 2, k]
-                + p1 * c[top + 2, k + 1]
-                + p2 * c[top + 2, k + 2]
-                + p3 * c[top + 2, k + 3]
-            )
-            + q3
-            * (
-                p0 * c[top + 3, k]
-                + p1 * c[top + 3, k + 1]
-                + p2 * c[top + 3, k + 2]
-                + p3 * c[top + 3, k + 3]
-            )
-        )
-        at = int(origin) + i
-        value = (value - mean) * weights[near, i]
-        s0, s1, s2, s3, s4, s5, s6, s7, s8 = _add(
-            s0, s1, s2, s3, s4, s5, s6, s7, s8,
-            value, x, reference[0, line, at], reference[1, line, at], reference[2, line, at],
-            second,
-        )  # fmt: skip
-    return s0, s1, s2, s3, s4, s5, s6, s7, s8
+@njit(forceinline=True, error_model="numpy")
+def _five(c, stride, at, t, u):  # type: ignore[no-untyped-def]
+    """Grey of pixels whose supports jump by one column or row at most once."""
+    p0, p1, p2, p3, p4 = _weights_across(t)
+    q0, q1, q2, q3, q4 = _weights_across(u)
+    grey = q0 * _along_five(c, at, p0, p1, p2, p3, p4)
+    grey = fused(q1, _along_five(c, at + stride, p0, p1, p2, p3, p4), grey)
+    grey = fused(q2, _along_five(c, at + 2 * stride, p0, p1, p2, p3, p4), grey)
+    grey = fused(q3, _along_five(c, at + 3 * stride, p0, p1, p2, p3, p4), grey)
+    return fused(q4, _along_five(c, at + 4 * stride, p0, p1, p2, p3, p4), grey)
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@njit(forceinline=True, error_model="numpy")
+def _gather_four(c, stride, at, row, col, used, p0, p1, p2, p3):  # type: ignore[no-untyped-def]
+    sum_ = p0 * gather(c, at, stride, row, col, used)
+    sum_ = fused(p1, gather(c, at + 1, stride, row, col, used), sum_)
+    sum_ = fused(p2, gather(c, at + 2, stride, row, col, used), sum_)
+    return fused(p3, gather(c, at + 3, stride, row, col, used), sum_)
+
+
+@njit(error_model="numpy")
+def _gathered(c, stride, at, x, y, used):  # type: ignore[no-untyped-def]
+    """Grey of pixels that each have a support of their own."""
+    col, row = whole(x), whole(y)
+    p0, p1, p2, p3 = _weights(x - col)
+    q0, q1, q2, q3 = _weights(y - row)
+    grey = q0 * _gather_four(c, stride, at, row, col, used, p0, p1, p2, p3)
+    grey = fused(q1, _gather_four(c, stride, at + stride, row, col, used, p0, p1, p2, p3), grey)
+    grey = fused(q2, _gather_four(c, stride, at + 2 * stride, row, col, used, p0, p1, p2, p3), grey)
+    return fused(q3, _gather_four(c, stride, at + 3 * stride, row, col, used, p0, p1, p2, p3), grey)
+
+
+@njit(forceinline=True, error_model="numpy")
 def _jump(path, x0, x1):  # type: ignore[no-untyped-def]
     """Whole pixels to take off a quadratic path, and the number of supports it then needs."""
     start = path[0] + x0 * (path[1] + path[2] * x0)
@@ -212,7 +118,7 @@ def _jump(path, x0, x1):  # type: ignore[no-untyped-def]
     return first, (2 if high - first < 2.0 else 3)
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@njit(forceinline=True, error_model="numpy")
 def _common_jump(part, radius):  # type: ignore[no-untyped-def]
     """Like `_jump` for all rows together; `part` is one half of a warp less the identity."""
     reach = radius * (abs(part[1]) + abs(part[2]))
@@ -222,37 +128,55 @@ def _common_jump(part, radius):  # type: ignore[no-untyped-def]
     return jump, offset - reach >= -SLACK and offset + reach <= 1.0 + SLACK
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
-def _row_in_pieces(  # type: ignore[no-untyped-def]
-    c, row, col, px, py, second, width,
-    reference, weights, lane_x, steps, line, near, origin, mean,
-):  # fmt: skip
-    """Moments of a row of which the supports jump often: short runs, else gathered."""
-    t0 = t1 = t2 = t3 = t4 = t5 = t6 = t7 = t8 = _ZERO
-    for first in range(0, width, LANES):
-        last = first + LANES
-        x0, x1 = np.float64(lane_x[first]), np.float64(lane_x[min(last, width) - 1])
-        jump_x, supports_x = _jump(px, x0, x1)
-        jump_y, supports_y = _jump(py, x0, x1)
-        if max(supports_x, supports_y) <= 2:
-            s0, s1, s2, s3, s4, s5, s6, s7, s8 = _run_of_five(
-                c, row + int(jump_y), col + int(jump_x),
-                (px[0] - jump_x, px[1], px[2]), (py[0] - jump_y, py[1], py[2]), second,
-                reference, weights, lane_x, steps, line, near, origin, first, last, mean,
-            )  # fmt: skip
-        else:
-            s0, s1, s2, s3, s4, s5, s6, s7, s8 = _gathered(
-                c, row, col, px, py, second,
-                reference, weights, lane_x, line, near, origin, first, last, mean,
-            )  # fmt: skip
-        t0, t1, t2, t3, t4 = t0 + s0, t1 + s1, t2 + s2, t3 + s3, t4 + s4
-        t5, t6, t7, t8 = t5 + s5, t6 + s6, t7 + s7, t8 + s8
-    return t0, t1, t2, t3, t4, t5, t6, t7, t8
+@njit(forceinline=True, error_model="numpy")
+def _paths(part, xs, second):  # type: ignore[no-untyped-def]
+    """Motion of a block of columns as polynomials in y; `part` is half of a warp less identity."""
+    path, slope = fused(xs, spread(part[1]), spread(part[0])), spread(part[2])
+    if second is not None:
+        path = fused(xs * xs, spread(part[3]), path)
+        slope = fused(xs, spread(part[4]), slope)
+    return path, slope, spread(part[5])
+
+
+@njit(forceinline=True, error_model="numpy")
+def _path_at(path, slope, bend, y, second):  # type: ignore[no-untyped-def]
+    """Motion of a block of columns in one row."""
+    if second is not None:
+        slope = fused(bend, y, slope)
+    return fused(slope, y, path)
+
+
+@njit(forceinline=True, error_model="numpy")
+def _row_path(part, y):  # type: ignore[no-untyped-def]
+    """Motion of a row as a polynomial in x."""
+    return part[0] + y * (part[2] + part[5] * y), part[1] + part[4] * y, part[3]
+
+
+@njit(forceinline=True, error_model="numpy")
+def _no_sums():  # type: ignore[no-untyped-def]
+    zero = spread(0.0)
+    return zero, zero, zero, zero, zero, zero, zero, zero, zero
+
+
+@njit(forceinline=True, error_model="numpy")
+def _add(sums, grey, y, reference, at, second):  # type: ignore[no-untyped-def]
+    """Add a row to the sums of its columns; `second` None leaves the squares of y out."""
+    s0, s1, s2, s3, s4, s5, s6, s7, s8 = sums
+    plane = reference.shape[1] * reference.shape[2]
+    slope_x, slope_y = load(reference, at + plane), load(reference, at + 2 * plane)
+    s0, s1, s2 = s0 + grey, fused(grey, grey, s1), fused(grey, load(reference, at), s2)
+    s3, s4 = fused(grey, slope_x, s3), fused(grey, slope_y, s4)
+    grey = grey * y
+    s5, s6 = fused(grey, slope_x, s5), fused(grey, slope_y, s6)
+    if second is not None:
+        grey = grey * y
+        s7, s8 = fused(grey, slope_x, s7), fused(grey, slope_y, s8)
+    return s0, s1, s2, s3, s4, s5, s6, s7, s8
 
 
 @njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
 def warped_moments(  # type: ignore[no-untyped-def]
-    c, x, y, warp, radius, second, reference, weights, lane_x, steps, mean, moments
+    c, x, y, warp, radius, second, reference, weights, lane_x, mean, moments
 ):  # fmt: skip
     """Sum up the deformed picture over one warped subset.
 
@@ -260,7 +184,7 @@ def warped_moments(  # type: ignore[no-untyped-def]
     ----------
     c : (H, W) float32
         Cubic B-spline coefficients of the deformed picture. The caller makes sure that
-        the warped subset stays inside by 3 px, and by 8 px more on the right.
+        the warped subset stays inside by 3 px, and by LANES px more on the right.
     x, y : int
         Centre of the subset, px.
     warp : (12,)
@@ -275,9 +199,7 @@ def warped_moments(  # type: ignore[no-untyped-def]
     weights : (2 radius + 1, L) float32
         1 for pixels that count, else 0; L is a multiple of LANES.
     lane_x : (L,) float32
-        Local x of the lanes, -radius first.
-    steps : (5,) uint64
-        0 ... 4.
+        Local x of the columns, -radius first.
     mean : float32
         Taken off the deformed grey before it is summed.
     moments : (15,)
@@ -285,45 +207,63 @@ def warped_moments(  # type: ignore[no-untyped-def]
         g times the slope along x times 1, x, y, x^2, x y, y^2; the same along y.
     """
     width, lanes = weights.shape
-    x0, x1 = -float(radius), float(radius)
-    row, col = y - radius - 1, x - radius - 1
-    origin = np.uint64(x - radius)
+    stride = c.shape[1]
     ux = warp[0], warp[1] - 1.0, warp[2], warp[3], warp[4], warp[5]
     uy = warp[6], warp[7], warp[8] - 1.0, warp[9], warp[10], warp[11]
-    jump_x, alike_x = _common_jump(ux, x1)
-    jump_y, alike_y = _common_jump(uy, x1)
-    supports_x = supports_y = 1
-    m0 = m1 = m2 = m3 = m4 = m5 = m6 = m7 = m8 = m9 = m10 = m11 = m12 = m13 = m14 = 0.0
-    for j in range(width):
-        b = float(j - radius)
-        px = ux[0] + b * (ux[2] + ux[5] * b), ux[1] + ux[4] * b, ux[3]
-        py = uy[0] + b * (uy[2] + uy[5] * b), uy[1] + uy[4] * b, uy[3]
-        if not (alike_x and alike_y):
-            jump_x, supports_x = _jump(px, x0, x1)
-            jump_y, supports_y = _jump(py, x0, x1)
-        top, left = row + j + int(jump_y), col + int(jump_x)
-        qx, qy = (px[0] - jump_x, px[1], px[2]), (py[0] - jump_y, py[1], py[2])
-        line, near = np.uint64(y + j - radius), np.uint64(j)
-        if supports_x + supports_y == 2:
-            s0, s1, s2, s3, s4, s5, s6, s7, s8 = _run_of_four(
-                c, top, left, qx, qy, second,
-                reference, weights, lane_x, steps, line, near, origin, 0, lanes, mean,
-            )  # fmt: skip
-        elif supports_x < 3 and supports_y < 3:
-            s0, s1, s2, s3, s4, s5, s6, s7, s8 = _run_of_five(
-                c, top, left, qx, qy, second,
-                reference, weights, lane_x, steps, line, near, origin, 0, lanes, mean,
-            )  # fmt: skip
+    jump_x, alike_x = _common_jump(ux, radius)
+    jump_y, alike_y = _common_jump(uy, radius)
+    alike = alike_x and alike_y
+    tap = (int(jump_y) - 1) * stride + int(jump_x) - 1
+    scale, lift = spread(_SCALE), spread(-mean)
+    t0 = t1 = t2 = t3 = t4 = t5 = t6 = t7 = t8 = spread(0.0)
+    t9 = t10 = t11 = t12 = t13 = t14 = spread(0.0)
+    for first in range(0, lanes, LANES):
+        xs = load(lane_x, first)
+        x_path, x_slope, x_bend = _paths(ux, xs, second)
+        y_path, y_slope, y_bend = _paths(uy, xs, second)
+        at = (y - radius) * stride + x - radius + first
+        sums = _no_sums()
+        if alike:
+            x_path, y_path = x_path - spread(jump_x), y_path - spread(jump_y)
+            b = spread(float(-radius - 1))
+            for j in range(width):
+                b = b + spread(1.0)
+                t = _path_at(x_path, x_slope, x_bend, b, second)
+                u = _path_at(y_path, y_slope, y_bend, b, second)
+                weight = load(weights, j * lanes + first)
+                grey = fused(_four(c, stride, at + tap, t, u), scale, lift) * weight
+                sums = _add(sums, grey, b, reference, at, second)
+                at += stride
         else:
-            s0, s1, s2, s3, s4, s5, s6, s7, s8 = _row_in_pieces(
-                c, row + j, col, px, py, second, width,
-                reference, weights, lane_x, steps, line, near, origin, mean,
-            )  # fmt: skip
-        m0, m1, m2, m3, m4, m5 = m0 + s0, m1 + s1, m2 + s2, m3 + s3, m4 + s4, m5 + s3 * b
-        m9, m10, m11 = m9 + s5, m10 + s6, m11 + s5 * b
+            x0, x1 = float(first - radius), float(min(first + LANES - 1, width - 1) - radius)
+            for j in range(width):
+                b = float(j - radius)
+                x_jump, supports_x = _jump(_row_path(ux, b), x0, x1)
+                y_jump, supports_y = _jump(_row_path(uy, b), x0, x1)
+                supports = max(supports_x, supports_y)
+                t = _path_at(x_path, x_slope, x_bend, spread(b), second) - spread(x_jump)
+                u = _path_at(y_path, y_slope, y_bend, spread(b), second) - spread(y_jump)
+                weight = load(weights, j * lanes + first)
+                tap = at + (int(y_jump) - 1) * stride + int(x_jump) - 1
+                if supports == 1:
+                    grey = _four(c, stride, tap, t, u)
+                elif supports == 2:
+                    grey = _five(c, stride, tap, t, u)
+                else:
+                    grey = _gathered(c, stride, tap, t + xs - spread(x0), u, weight)
+                grey = fused(grey, scale, lift) * weight
+                sums = _add(sums, grey, spread(b), reference, at, second)
+                at += stride
+        s0, s1, s2, s3, s4, s5, s6, s7, s8 = sums
+        t0, t1, t2 = t0 + s0, t1 + s1, t2 + s2
+        t3, t4, t5 = t3 + s3, fused(xs, s3, t4), t5 + s5
+        t9, t10, t11 = t9 + s4, fused(xs, s4, t10), t11 + s6
         if second is not None:
-            m6, m7, m8 = m6 + s7, m7 + s4 * b, m8 + s3 * b * b
-            m12, m13, m14 = m12 + s8, m13 + s6 * b, m14 + s5 * b * b
-    moments[0], moments[1], moments[2], moments[3], moments[4] = m0, m1, m2, m3, m4
-    moments[5], moments[6], moments[7], moments[8], moments[9] = m5, m6, m7, m8, m9
-    moments[10], moments[11], moments[12], moments[13], moments[14] = m10, m11, m12, m13, m14
+            t6, t7, t8 = fused(xs * xs, s3, t6), fused(xs, s5, t7), t8 + s7
+            t12, t13, t14 = fused(xs * xs, s4, t12), fused(xs, s6, t13), t14 + s8
+    moments[0], moments[1], moments[2] = total(t0), total(t1), total(t2)
+    moments[3], moments[4], moments[5] = total(t3), total(t4), total(t5)
+    moments[9], moments[10], moments[11] = total(t9), total(t10), total(t11)
+    if second is not None:
+        moments[6], moments[7], moments[8] = total(t6), total(t7), total(t8)
+        moments[12], moments[13], moments[14] = total(t12), total(t13), total(t14)

@@ -6,9 +6,9 @@ import numpy as np
 
 from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.image import GreyImage
+from shapemorph.kernels.vectors import LANES
 
 RINGS = 4  # the spline prefilter forgets by 0.27 per pixel: 0.5 % after four
-LANES = 8  # room to the right of a subset for its unused lanes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
