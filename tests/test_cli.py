@@ -31,6 +31,7 @@ COMMANDS = {
         "export",
         "batch",
         "noise",
+        "assess",
     ),
 }
 

@@ -187,6 +187,37 @@ def correlate(  # noqa: PLR0913 - one for each option
     return correlate_pictures(pictures, output, with_figures(settings, figures), say)
 
 
+@app.command
+def assess(
+    first: Path,
+    second: Path | None = None,
+    /,
+    *,
+    static: Path | None = None,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Say how well pictures can be correlated: speckle, gradients, noise, subset to use.
+
+    Parameters
+    ----------
+    first
+        The reference picture.
+    second
+        A second one: of the same state it gives the noise; with `assess.star.periods` set,
+        the deformed picture of a star pattern.
+    static
+        Star pattern: one more picture of the undeformed state.
+    """
+    from shapemorph.cli.words import describe_assessment
+    from shapemorph.pipeline.assess import assess as assess_pictures
+
+    configure_log(say)
+    found = assess_pictures(first, second, static, defaults(settings))
+    show_json(found) if say.json else show("\n".join(describe_assessment(found)))
+    return 0
+
+
 def _stage_command(name: str, purpose: str) -> None:
     """Add the command that brings one stage of a run up to date."""
 

@@ -81,6 +81,45 @@ def describe_frames(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
     yield f"results     {folder}"
 
 
+def describe_assessment(found: dict[str, Any]) -> Iterator[str]:
+    """Say how well pictures can be correlated."""
+    for side in ("reference", "deformed"):
+        if side in found:
+            yield from _describe_picture(side, found[side])
+    yield f"noise       {_number(found['grey_noise'])} levels, from {found['grey_noise_source']}"
+    figures = found["reference"]
+    yield (
+        f"predicted   sigma u {_number(figures['predicted_sigma_u_px'])}, v "
+        f"{_number(figures['predicted_sigma_v_px'])} px; where the pattern is poor "
+        f"{_number(figures['predicted_sigma_poor_px'])} px"
+    )
+    yield f"subset      {figures['subset_reason']}"
+    yield f"spacing     {figures['spacing_px']} px: {figures['spacing_reason']}"
+    if "star" in found:
+        star = found["star"]
+        yield (
+            f"star        resolution {_number(star['resolution_px'])} px, sigma "
+            f"{_number(star['sigma_px'])} px ({star['sigma_source']}), MEI "
+            f"{_number(star['mei_px2'])} px^2; subset {star['subset_size_px']} px, order "
+            f"{star['order']}"
+        )
+    yield from (f"advice      {sentence}" for sentence in found["advice"])
+    yield from (f"  {word}: {meaning}" for word, meaning in found["definitions"].items())
+
+
+def _describe_picture(side: str, figures: dict[str, Any]) -> Iterator[str]:
+    yield (
+        f"{side:11s} {figures['width_px']} x {figures['height_px']} px, speckle "
+        f"{_number(figures['speckle_px'])} px, contrast {_number(figures['contrast'])} levels, "
+        f"{figures['clipped_share']:.2%} clipped"
+    )
+    yield (
+        f"            mean gradient {_number(figures['mean_gradient'])} levels/px; SSSIG x "
+        f"{_number(figures['sssig_x'])}, y {_number(figures['sssig_y'])} (subset "
+        f"{figures['subset_size_px']} px)"
+    )
+
+
 def describe_morph(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
     """Say what matching two pictures found."""
     match = summary["match"]

@@ -14,6 +14,7 @@ LARGEST_SIZE = 61
 LEAST_SPACING = 2
 TARGET_SIGMA = 0.02  # px
 POOR_PLACES = 10.0  # percentile of the local gradient content that has to suffice
+BARE = 0.05  # of the usual gradient content: such places show no pattern, whatever the subset
 TILE = 32  # px
 USUAL_SPECKLE = 5.0  # px, where the picture shows none
 
@@ -109,7 +110,9 @@ def _poor_slopes(picture: GreyImage) -> float:
     means = [
         _tile_sums(np.where(both, s, 0.0) ** 2)[full] / count[full] for s in (along_x, along_y)
     ]
-    return float(np.percentile(np.minimum(*means), POOR_PLACES))
+    worse = np.minimum(*means)
+    shown = worse >= BARE * np.median(worse)
+    return float(np.percentile(worse[shown], POOR_PLACES))
 
 
 def _tile_sums(values: Floats) -> Floats:

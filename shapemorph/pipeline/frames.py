@@ -13,7 +13,7 @@ from shapemorph.core.image import GreyImage
 from shapemorph.io.frames import Frame, read_frame
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
 from shapemorph.pipeline.clock import Clock
-from shapemorph.pipeline.pictures import in_one_channel, limited
+from shapemorph.pipeline.pictures import in_one_channel, limited, with_sizes
 from shapemorph.pipeline.planar import PictureOutcome
 from shapemorph.pipeline.planar_outputs import PlanarField, write_field, write_field_summary
 from shapemorph.pipeline.run import Listener
@@ -69,7 +69,7 @@ def correlate_frames(
     )
     first = GreyImage(picture.grey, picture.opaque)
     first = limited(first, config.inputs.region, mask, frames[0].path)
-    config = _settled(config, first)
+    config = with_sizes(config, first)
     tracker = Tracker(frames[0].name, first, config)
     with scratch_folder(folder) as scratch:
         work = _Work(config, scratch, clock, {"channel": channel, "channel_reason": reason})
@@ -88,16 +88,6 @@ def correlate_frames(
         kept = [frame.path for frame in frames] + ([mask] if mask else [])
         files = move_files(scratch, folder, kept)
         return PictureOutcome(folder, tuple(files), summary)
-
-
-def _settled(config: RunConfig, first: GreyImage) -> RunConfig:
-    """Choose subset and spacing once, from the first picture."""
-    from shapemorph.methods.subset_choice import choose_subset
-
-    given = config.correlate
-    choice = choose_subset(first, subset_size=given.subset_size, spacing=given.spacing)
-    sizes = {"subset_size": choice.subset_size, "spacing": choice.spacing}
-    return config.model_copy(update={"correlate": given.model_copy(update=sizes)})
 
 
 def _follow_all(

@@ -70,6 +70,22 @@ def read_picture_pair(
     return PicturePair(left, right, channel, reason)
 
 
+def read_picture_single(path: Path, config: RunConfig) -> GreyImage:
+    """Read one picture, limited to the region."""
+    (picture,), *_ = in_one_channel([partial(read_only_picture, path)], config.inputs.channel)
+    return limited(GreyImage(picture.grey, picture.opaque), config.inputs.region, None, path)
+
+
+def with_sizes(config: RunConfig, picture: GreyImage) -> RunConfig:
+    """Settle subset size and spacing by what a picture shows."""
+    from shapemorph.methods.subset_choice import choose_subset
+
+    given = config.correlate
+    choice = choose_subset(picture, subset_size=given.subset_size, spacing=given.spacing)
+    sizes = {"subset_size": choice.subset_size, "spacing": choice.spacing}
+    return config.model_copy(update={"correlate": given.model_copy(update=sizes)})
+
+
 def in_one_channel(
     readers: Sequence[Callable[[str], Picture]], channel: str
 ) -> tuple[list[Picture], str, str]:
