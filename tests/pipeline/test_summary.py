@@ -3,6 +3,7 @@
 import copy
 import subprocess
 import sys
+from dataclasses import replace
 from importlib import metadata
 
 import numpy as np
@@ -92,6 +93,16 @@ def test_what_was_not_asked_for_lowers_the_share_of_the_surface_only():
     found = measured_share(_results(status))
     assert found["share_of_region"] == 1.0
     assert found["share_of_surface"] == pytest.approx(6 / (16 + 6))
+
+
+def test_cells_that_reach_too_far_do_not_hide_what_is_lost():
+    status = _status()
+    status[1:, :1] = PointStatus.LOW_ZNCC
+    results = _results(status)
+    surface = results.pair.reference
+    smaller = replace(surface, distortion=replace(surface.distortion, area=np.full(2, 100.0)))
+    found = measured_share(replace(results, pair=FlattenedPair(smaller, smaller)))
+    assert found["share_of_surface"] == found["share_of_region"] < 1.0
 
 
 def test_percentiles_leave_out_what_is_missing():
