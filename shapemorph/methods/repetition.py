@@ -10,11 +10,12 @@ from shapemorph.methods.densify import GridSearch, search_grid
 ALIKE = 0.4  # correlation of a pattern with itself, one repeat away, that counts
 NEAREST = 5.0  # standard deviations of the speckle: no repeat is shorter
 FARTHEST = 0.3  # of the shorter side of the picture: no repeat is longer
+NEARLY = 0.9  # of the highest likeness: multiples of a repeat are as alike as the repeat
 MARGIN = 0.15  # ZNCC that the right place must be better by than the next repeat
 
 
 def find_repeat(pattern: Pattern, *, std: float) -> Floats | None:
-    """Find the shift at which a pattern looks most like itself.
+    """Find the shortest shift at which a pattern looks about most like itself.
 
     Parameters
     ----------
@@ -28,6 +29,7 @@ def find_repeat(pattern: Pattern, *, std: float) -> Floats | None:
         x, y in px; None if the pattern does not repeat.
     """
     from scipy.fft import irfft2, rfft2
+    from scipy.ndimage import maximum_filter
 
     shape, lag = pattern.shape, int(FARTHEST * min(pattern.shape))
     inside = pattern.mask.astype(np.float32)
@@ -42,11 +44,11 @@ def find_repeat(pattern: Pattern, *, std: float) -> Floats | None:
     far = (np.hypot(x, y) > NEAREST * std) & (np.hypot(x, y) < lag - 1)
     if not far.any():
         return None
-    row, col = np.unravel_index(np.argmax(np.where(far, likeness, -1.0)), likeness.shape)
-    peak = likeness[row, col]
-    around = likeness[row - 1 : row + 2, col - 1 : col + 2]
-    if peak < ALIKE or peak < around.max():
+    peak = float(likeness[far].max())
+    summit = (likeness == maximum_filter(likeness, 3)) & far & (likeness >= NEARLY * peak)
+    if peak < ALIKE or not summit.any():
         return None
+    row, col = min(np.argwhere(summit), key=lambda place: float(((place - lag) ** 2).sum()))
     return np.array([col - lag, row - lag], np.float64)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shapemorph.core.image import GreyImage
+from shapemorph.core.laws import Dots
 from shapemorph.methods.features import Features
 from shapemorph.methods.first_pairs import (
     FirstPairs,
@@ -19,6 +20,7 @@ from shapemorph.methods.first_pairs import (
     pair_features,
     side_features,
 )
+from shapemorph.methods.rough_start import settled_dots
 from shapemorph.methods.simulated_views import simulated_pairs
 from shapemorph.methods.views import SHARP, Softness
 
@@ -54,7 +56,14 @@ class Start:
     manner: str
 
 
-def find_start(reference: GreyImage, deformed: GreyImage, *, ratio: float, enough: int) -> Start:
+def find_start(
+    reference: GreyImage,
+    deformed: GreyImage,
+    *,
+    ratio: float,
+    enough: int,
+    known: Dots | None = None,
+) -> Start:
     """Find first pairs the usual way, and in other ways where these are too few.
 
     Parameters
@@ -64,6 +73,8 @@ def find_start(reference: GreyImage, deformed: GreyImage, *, ratio: float, enoug
         Largest allowed distance of the best descriptor over that of the second best.
     enough : int
         Pairs with which nothing else is tried.
+    known : Dots or None
+        Pairs that are roughly right, from marks or a model: used where features are too few.
 
     Returns
     -------
@@ -84,8 +95,20 @@ def find_start(reference: GreyImage, deformed: GreyImage, *, ratio: float, enoug
         if len(attempt.pairs) > len(best.pairs):
             best = attempt
         if len(best.pairs) >= enough:
-            break
-    return best
+            return best
+    return _led_start(best, reference, deformed, known) or best
+
+
+def _led_start(
+    best: Start, reference: GreyImage, deformed: GreyImage, known: Dots | None
+) -> Start | None:
+    """Begin with what is known beforehand, if the pictures agree with it."""
+    dots = None if known is None else settled_dots(reference, deformed, known)
+    if dots is None:
+        return None
+    counts = {**best.pairs.counts, "led": len(dots.reference_px)}
+    pairs = FirstPairs(dots.reference_px, dots.deformed_px, counts, best.pairs.alike)
+    return Start(best.left, best.right, best.features, pairs, "marks or a model that were given")
 
 
 def what_is_wrong(start: Start, *, ratio: float, needed: int) -> str:

@@ -27,11 +27,13 @@ def picture_law_inputs(config: RunConfig) -> LawInputs:
     return read_law_inputs(morph, (morph.law,), lambda _: 1.0, lambda: None)
 
 
-def match_pictures(left: GreyImage, right: GreyImage, config: RunConfig) -> Matches:
-    """Match features; errors as the stage raises them."""
+def match_pictures(
+    left: GreyImage, right: GreyImage, inputs: LawInputs, config: RunConfig
+) -> Matches:
+    """Match features, else begin with the marks of the law; errors as the stage raises them."""
     from shapemorph.stages.match import match
 
-    return match(left, right, config.match)
+    return match(left, right, config.match, inputs.dots)
 
 
 def morph_by_law(

@@ -60,7 +60,7 @@ def morph_images(
     pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, None))
     left, right = pair.reference, pair.deformed
     with showing_failed_match(folder, lambda: (left, right)):
-        matches = clock.run("match", lambda: match_pictures(left, right, config))
+        matches = clock.run("match", lambda: match_pictures(left, right, inputs, config))
     warps = clock.run("law", lambda: _both_warps(left, right, matches, inputs, config))
     sequence = clock.run("morph", lambda: make_sequence(left, right, warps, config.morph))
     with scratch_folder(folder) as scratch:
@@ -108,7 +108,7 @@ def correlate_images(
     pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, mask))
     left, right = pair.reference, pair.deformed
     with showing_failed_match(folder, lambda: (left, right)):
-        matches = clock.run("match", lambda: match_pictures(left, right, config))
+        matches = clock.run("match", lambda: match_pictures(left, right, inputs, config))
     morphed = clock.run("morph", lambda: morph_by_law(left, right, matches, inputs, config))
     grid = clock.run("correlate", lambda: correlate_pictures(left, right, morphed, config))
     strain = clock.run("strain", lambda: planar_strain(grid, window=config.strain.window))

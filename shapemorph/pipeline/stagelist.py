@@ -21,7 +21,7 @@ from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import CalibratedImage, GreyImage
 from shapemorph.core.inputreports import InputReports
 from shapemorph.core.landmarks import Landmarks
-from shapemorph.core.laws import LawInputs, LawSpread
+from shapemorph.core.laws import LawInputs, LawSpread, NodalField
 from shapemorph.core.matching import Matches, Warp
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.morphed import Morphed
@@ -53,14 +53,27 @@ def _flatten(
     return flatten(reference, deformed, section, meridian)
 
 
-def _match(pair: FlattenedPair, section: MatchConfig) -> Matches:
+def _match(
+    reference: TexturedMesh,
+    deformed: TexturedMesh,
+    pair: FlattenedPair,
+    landmarks: Landmarks | None,
+    law_inputs: LawInputs,
+    section: MatchConfig,
+) -> Matches:
     from shapemorph.methods.charts.binding import match_by_page
+    from shapemorph.methods.rough_start import dots_of_field, dots_of_landmarks
     from shapemorph.stages.match import match
 
+    before = reference, pair.reference.calibrated
+    after = deformed, pair.deformed.calibrated
+    known = law_inputs.dots
+    if known is None and landmarks is not None:
+        known = dots_of_landmarks(landmarks, before, after)
+    if known is None and isinstance(law_inputs.finite_elements, NodalField):
+        known = dots_of_field(law_inputs.finite_elements, before, after)
     return match_by_page(
-        lambda left, right: match(left, right, section),
-        pair.reference.calibrated,
-        pair.deformed.calibrated,
+        lambda left, right, dots: match(left, right, section, dots), before[1], after[1], known
     )
 
 
@@ -188,7 +201,7 @@ STAGES: tuple[Stage, ...] = (
         ("reference", "deformed", "meridian"),
         elsewhere=frozenset({"profile"}),
     ),
-    Stage("match", _match, ("flatten",)),
+    Stage("match", _match, ("reference", "deformed", "flatten", "landmarks", "law_inputs")),
     Stage(
         "morph",
         _morph,

@@ -261,7 +261,7 @@ class Tracker:
     ) -> CorrelationGrid | None:
         """Match features, and keep what the start has found if that is more."""
         try:
-            matches = match_pictures(key.picture, picture, self._config)
+            matches = match_pictures(key.picture, picture, LawInputs(), self._config)
             morphed = morph_by_law(key.picture, picture, matches, self._inputs, self._config)
             found = correlate_pictures(key.picture, picture, morphed, self._config)
         except StageError as error:

@@ -9,6 +9,7 @@ from shapemorph.config import MatchConfig
 from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import GreyImage
+from shapemorph.core.laws import Dots
 from shapemorph.core.matching import Matches, UnmatchedError, Warp
 from shapemorph.methods.consistency import consistent_pairs
 from shapemorph.methods.densify import (
@@ -51,7 +52,9 @@ class _Pairs:
     counts: dict[str, int] = field(default_factory=dict)
 
 
-def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Matches:
+def match(
+    reference: GreyImage, deformed: GreyImage, config: MatchConfig, known: Dots | None = None
+) -> Matches:
     """Find hundreds to thousands of pairs that show the same material.
 
     The speckle of both pictures is made round, features are matched and voted on, a
@@ -64,6 +67,8 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
         Two pictures of one pattern, at any rotation, scale and stretch; not mirrored.
     config : MatchConfig
         Section ``match``.
+    known : Dots or None
+        Pairs that are roughly right, from marks or a model: used where features are too few.
 
     Returns
     -------
@@ -76,7 +81,7 @@ def match(reference: GreyImage, deformed: GreyImage, config: MatchConfig) -> Mat
         If a picture is blank or too few pairs agree with each other.
     """
     enough = max(ENOUGH_PAIRS, 2 * config.min_matches)
-    start = find_start(reference, deformed, ratio=config.ratio, enough=enough)
+    start = find_start(reference, deformed, ratio=config.ratio, enough=enough, known=known)
     try:
         return _extend(start, config)
     except StageError as error:

@@ -14,7 +14,6 @@ from shapemorph.core.laws import Dots, LawInputs, NodalField
 from shapemorph.core.matching import Matches, Warp
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.morphed import Morphed
-from shapemorph.methods.closest_point import closest_points
 from shapemorph.methods.densify import grid_points
 from shapemorph.methods.laws.finite_elements import Motion, place_field, place_profile
 from shapemorph.methods.laws.identity import identity_warp, rigid_warp
@@ -23,7 +22,8 @@ from shapemorph.methods.laws.polynomial import PolynomialLaw, fit_polynomial_law
 from shapemorph.methods.laws.radial import Profile, RadialPose, law_pairs
 from shapemorph.methods.laws.settling import settle_warp
 from shapemorph.methods.morphing import morph_image, morph_surface
-from shapemorph.methods.surface_lookup import locate, positions, project
+from shapemorph.methods.rough_start import place_in_picture
+from shapemorph.methods.surface_lookup import locate, positions
 from shapemorph.methods.warp_fit import fit_warp
 
 log = logging.getLogger(__name__)
@@ -276,8 +276,7 @@ def _places(side: Side, pixels: Floats) -> Floats:
 
 def _picture_of(side: Side, points: Floats) -> Floats:
     """(N, 2) places in the picture of the points of its surface nearest to some in space."""
-    mesh, image = side.surface("a law in space")
-    return project(image, closest_points(mesh, points, np.unique(image.chart.face_ids)))
+    return place_in_picture(side.surface("a law in space"), points)
 
 
 def _step(pixels: int) -> float:

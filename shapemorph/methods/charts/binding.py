@@ -8,6 +8,7 @@ import numpy as np
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import CalibratedImage, GreyImage
+from shapemorph.core.laws import Dots
 from shapemorph.core.matching import Matches, UnmatchedError, Warp
 from shapemorph.methods.charts.mosaic import PAGE_GAP, page_bounds, page_image
 from shapemorph.methods.threads import run_at_once
@@ -19,18 +20,25 @@ NODES_PER_GAP = 6  # nodes of a warp between two pages: so neither feels the oth
 _log = logging.getLogger(__name__)
 
 
-Matcher = Callable[[GreyImage, GreyImage], Matches]
+Matcher = Callable[[GreyImage, GreyImage, Dots | None], Matches]
 
 
-def match_by_page(match: Matcher, reference: CalibratedImage, deformed: CalibratedImage) -> Matches:
+def match_by_page(
+    match: Matcher,
+    reference: CalibratedImage,
+    deformed: CalibratedImage,
+    known: Dots | None = None,
+) -> Matches:
     """Match each page of the reference with that of the same number of the deformed.
 
     Parameters
     ----------
     match : callable
-        Matches two pictures.
+        Matches two pictures, with what is known of them beforehand.
     reference, deformed : CalibratedImage
         With as many pages.
+    known : Dots or None
+        Pairs that are roughly right, px; those that stay on one page count.
 
     Raises
     ------
@@ -38,13 +46,14 @@ def match_by_page(match: Matcher, reference: CalibratedImage, deformed: Calibrat
         If no page matches; where some do, the others lose their points.
     """
     if reference.chart.page_count == 1:
-        return match(reference.image, deformed.image)
+        return match(reference.image, deformed.image, known)
     sides = [page_bounds(image.chart, image.image.shape[1]) for image in (reference, deformed)]
 
     def match_page(number: int) -> Matches | UnmatchedError:
         left, right = (bounds[number] for bounds in sides)
         try:
-            return match(page_image(reference.image, left), page_image(deformed.image, right))
+            images = page_image(reference.image, left), page_image(deformed.image, right)
+            return match(*images, _on_page(known, left, right))
         except StageError as error:
             _log.warning("chart %d: %s", number, error)
             return _on_all_pages(error, left[0], right[0])
@@ -59,6 +68,16 @@ def match_by_page(match: Matcher, reference: CalibratedImage, deformed: Calibrat
             np.concatenate([each.deformed_px for each in failures]),
         )
     return bind_matches(found, sides[0], sides[1], (reference.image.shape, deformed.image.shape))
+
+
+def _on_page(known: Dots | None, left: tuple[int, int], right: tuple[int, int]) -> Dots | None:
+    """Known pairs of one page, in its px."""
+    if known is None:
+        return None
+    source, target = known.reference_px, known.deformed_px
+    here = (source[:, 0] >= left[0]) & (source[:, 0] < left[1])
+    here &= (target[:, 0] >= right[0]) & (target[:, 0] < right[1])
+    return Dots(source[here] - [left[0], 0.0], target[here] - [right[0], 0.0])
 
 
 def _on_all_pages(error: StageError, left: int, right: int) -> UnmatchedError:

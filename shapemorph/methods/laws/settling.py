@@ -56,11 +56,15 @@ class SettledWarp:
         Share of the grid points that were found through it.
     added : int
         Matches that had to be added where the law led nowhere.
+    source, target : (N, 2) float64
+        Points that were found through it, px.
     """
 
     warp: Warp
     found: float
     added: int
+    source: Floats
+    target: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +90,12 @@ class _State:
 
 
 def settle_warp(
-    reference: GreyImage, deformed: GreyImage, warp: Warp, matches: tuple[Floats, Floats]
+    reference: GreyImage,
+    deformed: GreyImage,
+    warp: Warp,
+    matches: tuple[Floats, Floats],
+    *,
+    near: bool = False,
 ) -> SettledWarp:
     """Correct a warp until searching through it changes nothing more.
 
@@ -99,6 +108,9 @@ def settle_warp(
         from there.
     matches : two (N, 2) arrays
         Pairs of positions, px; they count only where the law leads nowhere.
+    near : bool
+        Search near first: the warp is off by a few standard deviations at most, and the
+        pattern may repeat farther away.
 
     Raises
     ------
@@ -106,7 +118,7 @@ def settle_warp(
         If neither the law nor the matches lead anywhere.
     """
     pictures = _prepare(reference, deformed)
-    state = _follow(pictures, _begin(pictures, warp))
+    state = _follow(pictures, _begin(pictures, warp, 0.0 if near else np.inf))
     source, target = _missing(pictures, state, matches)
     if len(source):
         joined = np.concatenate([state.known, source]), np.concatenate([state.target, target])
@@ -117,7 +129,7 @@ def settle_warp(
             f"the morph law leads nowhere: only {state.share:.0%} of the points are found through "
             f"it, at least {FOUND:.0%} are needed; use morph.law=warp, or correct the law"
         )
-    return SettledWarp(state.warp, state.share, len(source))
+    return SettledWarp(state.warp, state.share, len(source), state.known, state.target)
 
 
 def _prepare(reference: GreyImage, deformed: GreyImage) -> _Pictures:
@@ -136,11 +148,11 @@ def _speckle(image: GreyImage) -> float:
     return float(field.std)
 
 
-def _begin(pictures: _Pictures, warp: Warp) -> _State:
-    """Believe the law everywhere."""
+def _begin(pictures: _Pictures, warp: Warp, farthest: float) -> _State:
+    """Believe the law everywhere, to within `farthest` px."""
     step = _clipped_step(pictures, STEP * pictures.std, MOST_POINTS[RADII[0]])
     everywhere = grid_points(pictures.reference.mask, step)
-    return _State(warp, everywhere, everywhere)
+    return _State(warp, everywhere, everywhere, farthest=farthest)
 
 
 def _follow(pictures: _Pictures, state: _State) -> _State:
