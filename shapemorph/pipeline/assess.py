@@ -199,7 +199,7 @@ def _star_noise(
 
 def _correlated(left: GreyImage, right: GreyImage, config: RunConfig) -> CorrelationGrid:
     inputs = picture_law_inputs(config)
-    matches = match_pictures(left, right, config)
+    matches = match_pictures(left, right, inputs, config)
     morphed = morph_by_law(left, right, matches, inputs, config)
     return correlate_pictures(left, right, morphed, config)
 
