@@ -232,9 +232,22 @@ class TrackConfig(Section):
 OddSize = Annotated[int, Field(ge=5, le=201)]
 
 
+PAPER = {"tolerance": 0.1, "refinements": 0}  # of `correlate` in mode paper
+PAPER_SIZES = {"subset_size": 21, "spacing": 8}
+
+
 class CorrelateConfig(Section):
     """Section `correlate`: subset DIC."""
 
+    mode: Literal["icgn", "paper"] = Field(
+        "icgn",
+        description="icgn: inverse compositional Gauss-Newton; paper: as Genovese and Sorgente "
+        "2017, whole-pixel search, then affine to 0.1 px; its own subset_size is 21, spacing 8, "
+        "tolerance 0.1, refinements 0",
+    )
+    search: OddSize = Field(
+        41, description="paper: width of the window in which the subset is sought, odd, px"
+    )
     subset_size: OddSize | None = Field(
         None, description="width of a subset, odd, px; empty: from the speckle"
     )
@@ -267,8 +280,31 @@ class CorrelateConfig(Section):
         0.5, gt=0, description="auto: and above this strain, E1 since the reference, of 5 % of it"
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _paper_has_its_own_defaults(cls, given: Any) -> Any:
+        if not isinstance(given, dict) or given.get("mode") != "paper":
+            return given
+        empty = {key: size for key, size in PAPER_SIZES.items() if given.get(key) is None}
+        return PAPER | given | empty
+
+    @model_validator(mode="after")
+    def _paper_is_affine_and_has_room(self) -> Self:
+        if self.mode != "paper":
+            return self
+        if self.order != 1:
+            raise ValueError(f"order must be 1 in mode paper, got {self.order}")
+        if self.subset_size is not None and self.search < self.subset_size + 2:
+            raise ValueError(
+                f"search {self.search} px leaves a subset of {self.subset_size} px no room to be "
+                "sought in: raise search or lower subset_size"
+            )
+        return self
+
     @model_validator(mode="after")
     def _subset_has_a_centre(self) -> Self:
+        if self.search % 2 == 0:
+            raise ValueError(f"search must be odd, got {self.search}")
         if self.subset_size is not None and self.subset_size % 2 == 0:
             raise ValueError(f"subset_size must be odd, got {self.subset_size}")
         if self.subset_size and self.spacing and self.spacing > self.subset_size:

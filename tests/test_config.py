@@ -35,3 +35,21 @@ def test_sections_cannot_be_changed_after_they_were_made():
     config = CorrelateConfig()
     with pytest.raises(ValidationError, match="frozen"):
         config.order = 2
+
+
+def test_paper_mode_has_its_own_defaults_and_keeps_what_is_given():
+    paper = CorrelateConfig(mode="paper")
+    sizes = (paper.subset_size, paper.spacing, paper.search, paper.tolerance, paper.refinements)
+    assert sizes == (21, 8, 41, 0.1, 0)
+    given = CorrelateConfig(mode="paper", subset_size=31, spacing=None, refinements=2)
+    assert (given.subset_size, given.spacing, given.refinements) == (31, 8, 2)
+    assert CorrelateConfig().tolerance < 0.1
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"order": 2}, "order must be 1"), ({"subset_size": 51}, "no room"), ({"search": 40}, "odd")],
+)
+def test_what_paper_mode_cannot_do_is_refused(change, words):
+    with pytest.raises(ValidationError, match=words):
+        CorrelateConfig(**({"mode": "paper"} | change))

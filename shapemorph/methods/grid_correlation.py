@@ -87,7 +87,7 @@ def correlate_grid(
     chosen = np.argwhere(grid.inside)
     at = grid.points[grid.inside]
     first = match_points(reference, deformed, at, identity_starts(len(at)), settings=settings)
-    found = _judged(_merged(_empty(grid), first, chosen), grid.spacing, limits)
+    found = judged_matches(merged_matches(empty_matches(grid), first, chosen), grid.spacing, limits)
     for _ in range(RESCUES):
         lost = np.argwhere(~found.ok & ~np.isin(found.status, HOPELESS))
         start, slope, known = neighbour_guesses(
@@ -100,13 +100,14 @@ def correlate_grid(
         starts = affine_starts(at, start, slope)
         again = match_points(reference, deformed, at, starts, settings=settings)
         before = int(found.ok.sum())
-        found = _judged(_merged(found, again, lost), grid.spacing, limits)
+        found = judged_matches(merged_matches(found, again, lost), grid.spacing, limits)
         if int(found.ok.sum()) <= before:
             break
     return found
 
 
-def _empty(grid: PointGrid) -> GridMatches:
+def empty_matches(grid: PointGrid) -> GridMatches:
+    """Nothing matched yet; points inside are NOT_SEEDED."""
     shape = grid.inside.shape
     status = np.where(grid.inside, PointStatus.NOT_SEEDED, PointStatus.OUTSIDE_MASK)
     return GridMatches(
@@ -120,7 +121,7 @@ def _empty(grid: PointGrid) -> GridMatches:
     )
 
 
-def _merged(grid: GridMatches, matches: SubsetMatches, chosen: Ints) -> GridMatches:
+def merged_matches(grid: GridMatches, matches: SubsetMatches, chosen: Ints) -> GridMatches:
     """Put matches in their places of the grid; iterations add up."""
     place = tuple(chosen.T)
     position, gradient = grid.position.copy(), grid.gradient.copy()
@@ -134,7 +135,7 @@ def _merged(grid: GridMatches, matches: SubsetMatches, chosen: Ints) -> GridMatc
     return GridMatches(position, gradient, warps, zncc, iterations, status, seconds)
 
 
-def _judged(found: GridMatches, spacing: int, limits: Limits) -> GridMatches:
+def judged_matches(found: GridMatches, spacing: int, limits: Limits) -> GridMatches:
     """Check what converged against the ZNCC limit and its neighbours."""
     again = np.where(found.status == PointStatus.OUTLIER, np.uint8(PointStatus.OK), found.status)
     status = judge_zncc(again, found.zncc, min_zncc=limits.min_zncc)

@@ -15,6 +15,7 @@ from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
+from shapemorph.methods.paper_dic import PaperSettings, correlate_like_paper
 from shapemorph.methods.spline_pictures import detail_length, prepare_deformed, prepare_reference
 from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, grid_points
@@ -75,7 +76,11 @@ def correlate(
         seconds = 0.0
         for renewal in range(config.refinements + 1):
             target = prepare_deformed(morphed.image, pad=settings.pad)
-            found = correlate_grid(source, target, grid, settings=settings, limits=limits)
+            if config.mode == "paper":
+                paper = PaperSettings(settings, limits, config.search)
+                found = correlate_like_paper(source, target, morphed.image, grid, settings=paper)
+            else:
+                found = correlate_grid(source, target, grid, settings=settings, limits=limits)
             seconds += found.seconds
             if renewal < config.refinements:
                 noise = _rough_noise(found, detail_length(source), settings)

@@ -188,3 +188,11 @@ def test_a_region_between_the_points_is_an_error(scene):
     region[31:33, 61:65] = True
     with pytest.raises(StageError, match="every 6 px"):
         scene().correlate(_warp_near(0.3), region)
+
+
+def test_paper_mode_gives_the_same_grid_less_exactly(scene):
+    grid = scene().correlate(_warp_near(0.5), mode="paper")
+    tried = grid.status != PointStatus.OUTSIDE_MASK
+    assert grid.ok_count > 0.9 * tried.sum()
+    assert 0.005 < np.sqrt((_error(grid) ** 2).mean()) < 0.1
+    assert np.isfinite(grid.sigma_px[grid.status == PointStatus.OK]).all()
