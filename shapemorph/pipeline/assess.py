@@ -11,12 +11,8 @@ from shapemorph.config import RunConfig, StarConfig
 from shapemorph.core.errors import ConfigError
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
-from shapemorph.pipeline.picture_match import (
-    correlate_pictures,
-    match_pictures,
-    morph_by_law,
-    picture_law_inputs,
-)
+from shapemorph.pipeline.clock import Clock
+from shapemorph.pipeline.picture_match import follow_pictures, picture_law_inputs
 from shapemorph.pipeline.pictures import (
     PicturePair,
     read_picture_pair,
@@ -198,10 +194,8 @@ def _star_noise(
 
 
 def _correlated(left: GreyImage, right: GreyImage, config: RunConfig) -> CorrelationGrid:
-    inputs = picture_law_inputs(config)
-    matches = match_pictures(left, right, inputs, config)
-    morphed = morph_by_law(left, right, matches, inputs, config)
-    return correlate_pictures(left, right, morphed, config)
+    inputs, clock = picture_law_inputs(config), Clock(lambda _: None)
+    return follow_pictures(left, right, config, inputs, clock).grid
 
 
 def _below(picture: GreyImage, rows: int) -> GreyImage:

@@ -1,13 +1,23 @@
 """From two plain pictures to the grid that follows one into the other."""
 
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
 from shapemorph.config import RunConfig
-from shapemorph.core.errors import ConfigError
+from shapemorph.core.errors import ConfigError, StageError
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
 from shapemorph.core.morphed import Morphed
+from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.law_inputs import read_law_inputs
+
+ENOUGH = 0.9  # of the points that may be expected: fewer, and features are matched
+NEAR_ENOUGH = 0.02  # px: to this the subsets of a near start settle
+log = logging.getLogger(__name__)
 
 
 def picture_law_inputs(config: RunConfig) -> LawInputs:
@@ -25,6 +35,90 @@ def picture_law_inputs(config: RunConfig) -> LawInputs:
             "polynomial or identity, or landmarks with morph.dots"
         )
     return read_law_inputs(morph, (morph.law,), lambda _: 1.0, lambda: None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """How one picture was followed into another.
+
+    Attributes
+    ----------
+    grid : CorrelationGrid
+    matches : Matches or None
+        None where no features had to be matched.
+    """
+
+    grid: CorrelationGrid
+    matches: Matches | None
+
+
+def follow_pictures(
+    left: GreyImage, right: GreyImage, config: RunConfig, inputs: LawInputs, clock: Clock
+) -> Followed:
+    """Follow the points of one picture into another, with features only where it takes them.
+
+    Pictures that lie near each other start from an affine map; if that finds too few
+    points, or a law is asked for, features are matched, and the better field is kept.
+
+    Raises
+    ------
+    StageError
+        If nothing was found.
+    """
+    near = None
+    if config.morph.law == "warp":
+        warp = clock.run("start", lambda: _near_warp(left, right, config))
+        if warp is not None:
+            near = clock.run("correlate", lambda: correlate_from(left, right, warp, config))
+    if near is not None and near.ok_count >= ENOUGH * points_on(left, near.spacing):
+        return Followed(near, None)
+    try:
+        matches = clock.run("match", lambda: match_pictures(left, right, inputs, config))
+        morphed = clock.run("morph", lambda: morph_by_law(left, right, matches, inputs, config))
+        found = clock.run("correlate", lambda: correlate_pictures(left, right, morphed, config))
+    except StageError:
+        if near is None:
+            raise
+        return Followed(near, None)
+    if near is not None and near.ok_count > found.ok_count:
+        return Followed(near, None)
+    return Followed(found, matches)
+
+
+def points_on(picture: GreyImage, spacing: int) -> int:
+    """Count the grid points on the mask of a picture."""
+    return int(np.count_nonzero(picture.mask[::spacing, ::spacing]))
+
+
+def correlate_from(
+    left: GreyImage, right: GreyImage, warp: Warp, config: RunConfig
+) -> CorrelationGrid | None:
+    """Follow points from where a warp says that they are; None if none is found."""
+    try:
+        return correlate_pictures(left, right, morph_by_warp(left, right, warp), config)
+    except StageError as error:
+        log.info("nothing from a near start: %s", error)
+        return None
+
+
+def _near_warp(left: GreyImage, right: GreyImage, config: RunConfig) -> Warp | None:
+    from shapemorph.methods.near_start import near_start
+    from shapemorph.methods.subset_choice import choose_subset
+    from shapemorph.methods.subset_dic import SubsetSettings
+    from shapemorph.methods.threads import kernel_threads
+
+    given = config.correlate
+    radius = choose_subset(left, subset_size=given.subset_size, spacing=None).subset_size // 2
+    settings = SubsetSettings(
+        radius=radius,
+        order=1,
+        tolerance=NEAR_ENOUGH,
+        max_iterations=given.max_iterations,
+        min_inside=given.min_inside,
+        max_drift=float(radius),
+    )
+    with kernel_threads(given.threads):
+        return near_start(left, right, settings=settings, min_zncc=given.min_zncc)
 
 
 def match_pictures(

@@ -14,7 +14,7 @@ from shapemorph.core.matching import Matches, Warp
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.picture_match import (
-    correlate_pictures,
+    follow_pictures,
     match_pictures,
     morph_by_law,
     picture_law_inputs,
@@ -108,11 +108,10 @@ def correlate_images(
     pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, mask))
     left, right = pair.reference, pair.deformed
     with showing_failed_match(folder, lambda: (left, right)):
-        matches = clock.run("match", lambda: match_pictures(left, right, inputs, config))
-    morphed = clock.run("morph", lambda: morph_by_law(left, right, matches, inputs, config))
-    grid = clock.run("correlate", lambda: correlate_pictures(left, right, morphed, config))
+        found = follow_pictures(left, right, config, inputs, clock)
+    grid = found.grid
     strain = clock.run("strain", lambda: planar_strain(grid, window=config.strain.window))
-    field = PlanarField(left, grid, strain, matches, pair.figures())
+    field = PlanarField(left, grid, strain, found.matches, pair.figures())
     with scratch_folder(folder) as scratch:
         clock.run("write", lambda: write_field(scratch, field, config))
         sections = write_field_summary(scratch, field, config, clock.seconds)

@@ -64,6 +64,8 @@ def write_field_summary(
     sections["points"] = point_figures(field.grid.status)
     if field.matches is not None:
         sections["match"] = matching_figures(field.matches)
+    else:
+        sections["match"] = {"manner": "no features needed: the pictures lie near each other"}
     sections["correlate"] = correlation_figures(field.grid, config.correlate, field.reference)
     sections["displacement_px"] = _displacement(field.grid)
     sections["strain"] = strain_figures(field.strain)

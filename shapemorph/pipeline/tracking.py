@@ -13,14 +13,15 @@ from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Warp
 from shapemorph.core.status import PointStatus
 from shapemorph.pipeline.picture_match import (
+    ENOUGH,
+    correlate_from,
     correlate_pictures,
     match_pictures,
     morph_by_law,
-    morph_by_warp,
     picture_law_inputs,
+    points_on,
 )
 
-ENOUGH = 0.9  # of the points of the picture before: fewer, and features are matched anew
 CLEARLY = 1.02  # times the score: a later reference must be so much better
 STRAINED = 95.0  # percentile of the points that the limit of strain is held against
 log = logging.getLogger(__name__)
@@ -220,7 +221,7 @@ class Tracker:
         """Follow the points of a key into a picture; None if none is found."""
         from shapemorph.methods.increments import compose_grids
 
-        quick = self._started(key, picture, start or self._start(key))
+        quick = correlate_from(key.picture, picture, start or self._start(key), self._config)
         expected = self._expected(key)
         matched = quick is None or quick.ok_count < ENOUGH * expected
         found = self._matched(key, picture, quick) if matched else quick
@@ -245,16 +246,7 @@ class Tracker:
         """Points that a good start should find."""
         if self._step is not None and self._step.key is key:
             return self._step.increment.ok_count
-        spacing = self._config.correlate.spacing or 1
-        return int(key.picture.mask[::spacing, ::spacing].sum())
-
-    def _started(self, key: _Key, picture: GreyImage, warp: Warp) -> CorrelationGrid | None:
-        try:
-            morphed = morph_by_warp(key.picture, picture, warp)
-            return correlate_pictures(key.picture, picture, morphed, self._config)
-        except StageError as error:
-            log.info("no start from the picture before: %s", error)
-            return None
+        return points_on(key.picture, self._config.correlate.spacing or 1)
 
     def _matched(
         self, key: _Key, picture: GreyImage, quick: CorrelationGrid | None
