@@ -8,6 +8,7 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.image import GreyImage
 from shapemorph.kernels.ncc_affine import refine_affine
+from shapemorph.kernels.vectors import LANES
 from shapemorph.kernels.zncc import search
 from shapemorph.methods.grid_correlation import (
     GridMatches,
@@ -17,7 +18,6 @@ from shapemorph.methods.grid_correlation import (
     merged_matches,
 )
 from shapemorph.methods.spline_pictures import (
-    LANES,
     DeformedPicture,
     ReferencePicture,
     shrink,
