@@ -33,6 +33,9 @@ class CorrelationGrid:
         px.
     kernel_seconds : float
         Time of the correlation kernel: Hessians and all iterations.
+    bias_px : (R, C, 2) float64 or None
+        Estimated systematic error of `deformed_px`, estimate - truth; NaN where it is not
+        known. None where it was not estimated at all.
     """
 
     reference_px: Floats
@@ -45,6 +48,7 @@ class CorrelationGrid:
     spacing: int
     subset_size: int
     kernel_seconds: float
+    bias_px: Floats | None = None
 
     def __post_init__(self) -> None:
         shape = self.status.shape
@@ -56,6 +60,8 @@ class CorrelationGrid:
             "iterations": shape,
             "sigma_px": (*shape, 2),
         }
+        if self.bias_px is not None:
+            expected["bias_px"] = (*shape, 2)
         for name, wanted in expected.items():
             got = getattr(self, name).shape
             if got != wanted:

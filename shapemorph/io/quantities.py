@@ -173,6 +173,13 @@ PLANAR = (
     ("status", "–", "1", "0 = OK; codes in CONVENTIONS.md"),
     ("sigma_u_px", "σ(u)", "px", "1 σ from image noise and the gradients of the subset"),
     ("sigma_v_px", "σ(v)", "px", "1 σ from image noise and the gradients of the subset"),
+    (
+        "bias_u_px",
+        "b(u)",
+        "px",
+        "estimated systematic error, u − truth: shape function, interpolation",
+    ),
+    ("bias_v_px", "b(v)", "px", "the same of v"),
     ("E_xx", "E_xx", "1", _PLANE_GREEN),
     ("E_xy", "E_xy", "1", "the same; tensor shear, half the engineering shear"),
     ("E_yy", "E_yy", "1", "the same"),

@@ -92,7 +92,25 @@ def compose_grids(
         spacing=first.spacing,
         subset_size=first.subset_size,
         kernel_seconds=increment.kernel_seconds,
+        bias_px=_carried_bias(first, increment, cells, gradient, found),
     )
+
+
+def _carried_bias(
+    first: CorrelationGrid,
+    increment: CorrelationGrid,
+    cells: _Cells,
+    gradient: Floats,
+    found: Bools,
+) -> Floats | None:
+    """Systematic errors of both steps, added in the last picture."""
+    if first.bias_px is None or increment.bias_px is None:
+        return None
+    known = first.status == PointStatus.OK
+    carried = np.einsum("nij,nj->ni", gradient, first.bias_px[known])
+    added = _blend(increment.bias_px, cells)
+    added[_blend(np.isnan(increment.bias_px), cells) > 0] = np.nan
+    return _spread(first, known, found, carried + added)
 
 
 def lost_grid(

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from shapemorph.methods.paper_dic import PaperSettings, correlate_like_paper
 from shapemorph.methods.spline_pictures import detail_length, prepare_deformed, prepare_reference
 from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, grid_points
+from shapemorph.methods.systematic import systematic_error
 from shapemorph.methods.threads import kernel_threads
 from shapemorph.methods.warp_renewal import renew_warp
 from shapemorph.methods.warping import warp_points
@@ -90,7 +92,9 @@ def correlate(
         covariance = displacement_covariance(
             source, target, grid.points, found.warps, found.ok, settings=settings
         )
-    return _compose(morphed.warp, grid, found, covariance, settings, seconds)
+    composed = _compose(morphed.warp, grid, found, covariance, settings, seconds)
+    bias = systematic_error(source, found, composed, order=settings.order)
+    return replace(composed, bias_px=bias)
 
 
 def _settings(config: CorrelateConfig, radius: int) -> SubsetSettings:

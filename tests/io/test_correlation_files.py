@@ -43,7 +43,7 @@ def test_the_csv_reads_back_to_the_last_bit(tmp_path):
 def test_a_missing_value_is_an_empty_field(tmp_path):
     lines = write_correlation(tmp_path, *_field())[0].read_text(encoding="utf-8").splitlines()
     lost = next(line for line in lines if line.startswith("4,8,"))
-    assert lost == "4,8,,,,,,,0.2,3,5" + 12 * ","
+    assert lost == "4,8,,,,,,,0.2,3,5" + 14 * ","
 
 
 def test_the_npz_has_the_same_columns_and_needs_no_pickle(tmp_path):

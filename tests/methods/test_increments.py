@@ -1,5 +1,7 @@
 """Increments put together against fields that are known exactly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -133,3 +135,15 @@ def test_a_single_row_of_points_is_a_grid_too(size):
     first = make_grid(lambda p: (p + 0.0, np.broadcast_to(np.eye(2), (*p.shape, 2))), size)
     found = compose_grids(first, make_grid(turn, size), shown=SHOWN)
     assert_allclose(found.deformed_px, turn(first.reference_px)[0], atol=1e-9)
+
+
+def test_systematic_errors_add_in_the_last_picture():
+    first, second = make_grid(turn, (10, 10), (5, 4)), make_grid(bend, (40, 40), (0, 0))
+    assert compose_grids(first, second, shown=SHOWN).bias_px is None
+    bias = [np.broadcast_to(each, (*g.status.shape, 2)) for each, g in
+            (([0.02, -0.01], first), ([0.003, 0.004], second))]  # fmt: skip
+    first, second = replace(first, bias_px=bias[0]), replace(second, bias_px=bias[1])
+    found = compose_grids(first, second, shown=SHOWN)
+    slope = bend(first.deformed_px)[1]
+    ok = found.status == PointStatus.OK
+    assert_allclose(found.bias_px[ok], (slope @ bias[0][0, 0] + bias[1][0, 0])[ok], atol=2e-4)

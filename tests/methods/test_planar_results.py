@@ -73,6 +73,8 @@ def test_columns_are_those_of_the_contract_and_then_the_strain(grid):
         "status",
         "sigma_u_px",
         "sigma_v_px",
+        "bias_u_px",
+        "bias_v_px",
         "E_xx",
         "E_xy",
         "E_yy",

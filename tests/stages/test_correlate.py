@@ -196,3 +196,12 @@ def test_paper_mode_gives_the_same_grid_less_exactly(scene):
     assert grid.ok_count > 0.9 * tried.sum()
     assert 0.005 < np.sqrt((_error(grid) ** 2).mean()) < 0.1
     assert np.isfinite(grid.sigma_px[grid.status == PointStatus.OK]).all()
+
+
+def test_the_bias_is_that_of_the_morph_that_was_matched(scene):
+    grid = scene().correlate(_warp_near(1.5), refinements=0)
+    known = np.isfinite(grid.bias_px).all(axis=-1)
+    assert known.sum() > 0.9 * grid.ok_count
+    error = (grid.deformed_px - _bulge(grid.reference_px))[known]
+    corrected = error - grid.bias_px[known]
+    assert np.sqrt((corrected**2).mean()) < 0.6 * np.sqrt((error**2).mean())
