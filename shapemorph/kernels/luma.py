@@ -1,13 +1,13 @@
 """Grey from the channels of a picture."""
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Floats, Greys
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@njit(cache=True, nogil=True)
 def mix_channels(values: NDArray[np.generic], weights: Floats, floor: float, full: float) -> Greys:
     """Add up the weighted channels of a picture and scale them.
 
@@ -26,7 +26,7 @@ def mix_channels(values: NDArray[np.generic], weights: Floats, floor: float, ful
     """
     height, width, channels = values.shape
     grey = np.empty((height, width), np.float32)
-    for row in prange(height):
+    for row in range(height):
         for col in range(width):
             total = 0.0
             for c in range(channels):
