@@ -233,6 +233,7 @@ OddSize = Annotated[int, Field(ge=5, le=201)]
 
 
 PAPER = {"tolerance": 0.1, "refinements": 0}  # of `correlate` in mode paper
+UNSMOOTH = {"refinements": 0}  # islands that move apart have no smooth warp
 PAPER_SIZES = {"subset_size": 21, "spacing": 8}
 
 
@@ -246,7 +247,14 @@ class CorrelateConfig(Section):
         "tolerance 0.1, refinements 0",
     )
     search: OddSize = Field(
-        41, description="paper: width of the window in which the subset is sought, odd, px"
+        41,
+        description="mode paper, seeds propagate: width of the window in which a subset is "
+        "sought, odd, px",
+    )
+    seeds: Literal["warp", "propagate"] = Field(
+        "warp",
+        description="where points start: warp: from the morph; propagate: from searched seeds, "
+        "neighbour by neighbour, and two pictures need no features (refinements is 0 then)",
     )
     subset_size: OddSize | None = Field(
         None, description="width of a subset, odd, px; empty: from the speckle"
@@ -282,23 +290,31 @@ class CorrelateConfig(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _paper_has_its_own_defaults(cls, given: Any) -> Any:
-        if not isinstance(given, dict) or given.get("mode") != "paper":
+    def _ways_have_their_own_defaults(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
             return given
+        if given.get("mode") != "paper":
+            return UNSMOOTH | given if given.get("seeds") == "propagate" else given
         empty = {key: size for key, size in PAPER_SIZES.items() if given.get(key) is None}
         return PAPER | given | empty
 
     @model_validator(mode="after")
-    def _paper_is_affine_and_has_room(self) -> Self:
-        if self.mode != "paper":
+    def _search_has_room(self) -> Self:
+        if self.mode != "paper" and self.seeds != "propagate":
             return self
-        if self.order != 1:
-            raise ValueError(f"order must be 1 in mode paper, got {self.order}")
         if self.subset_size is not None and self.search < self.subset_size + 2:
             raise ValueError(
                 f"search {self.search} px leaves a subset of {self.subset_size} px no room to be "
                 "sought in: raise search or lower subset_size"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _paper_is_affine_and_has_its_own_seeds(self) -> Self:
+        if self.mode == "paper" and self.order != 1:
+            raise ValueError(f"order must be 1 in mode paper, got {self.order}")
+        if self.mode == "paper" and self.seeds != "warp":
+            raise ValueError("mode paper searches every point: leave seeds out")
         return self
 
     @model_validator(mode="after")

@@ -48,8 +48,18 @@ def test_paper_mode_has_its_own_defaults_and_keeps_what_is_given():
 
 @pytest.mark.parametrize(
     ("change", "words"),
-    [({"order": 2}, "order must be 1"), ({"subset_size": 51}, "no room"), ({"search": 40}, "odd")],
+    [
+        ({"order": 2}, "order must be 1"),
+        ({"subset_size": 51}, "no room"),
+        ({"search": 40}, "odd"),
+        ({"seeds": "propagate"}, "leave seeds out"),
+    ],
 )
 def test_what_paper_mode_cannot_do_is_refused(change, words):
     with pytest.raises(ValidationError, match=words):
         CorrelateConfig(**({"mode": "paper"} | change))
+
+
+def test_islands_are_not_morphed_through_one_warp_unless_that_is_asked_for():
+    assert CorrelateConfig(seeds="propagate").refinements == 0
+    assert CorrelateConfig(seeds="propagate", refinements=1).refinements == 1

@@ -88,6 +88,19 @@ def correlate_grid(
     at = grid.points[grid.inside]
     first = match_points(reference, deformed, at, identity_starts(len(at)), settings=settings)
     found = judged_matches(merged_matches(empty_matches(grid), first, chosen), grid.spacing, limits)
+    return rescued_matches(reference, deformed, grid, found, settings=settings, limits=limits)
+
+
+def rescued_matches(
+    reference: ReferencePicture,
+    deformed: DeformedPicture,
+    grid: PointGrid,
+    found: GridMatches,
+    *,
+    settings: SubsetSettings,
+    limits: Limits,
+) -> GridMatches:
+    """Match lost points again from what their neighbours say, while that brings some back."""
     for _ in range(RESCUES):
         lost = np.argwhere(~found.ok & ~np.isin(found.status, HOPELESS))
         start, slope, known = neighbour_guesses(

@@ -36,13 +36,13 @@ COLLINEAR = 1e-6  # of the product of the spreads: neighbours on a line tell no 
 
 
 @dataclass(frozen=True, slots=True)
-class PaperSettings:
-    """How the paper's correlation goes.
+class SearchSettings:
+    """How subsets are searched by whole pixels and then matched.
 
     Attributes
     ----------
     subset : SubsetSettings
-        Of the refinement; its order is 1.
+        Of the match; the paper's order is 1.
     limits : Limits
     search : int
         Width of the window in which the whole-pixel search looks for the subset, px.
@@ -59,7 +59,7 @@ def correlate_like_paper(
     moved: GreyImage,
     grid: PointGrid,
     *,
-    settings: PaperSettings,
+    settings: SearchSettings,
 ) -> GridMatches:
     """Match all points of a grid that are inside, coarsely, then finely.
 
@@ -74,15 +74,19 @@ def correlate_like_paper(
     moved : GreyImage
         The deformed picture itself, of the shape of the reference.
     grid : PointGrid
-    settings : PaperSettings
+    settings : SearchSettings
 
     References
     ----------
     Genovese, Sorgente (2017), method (i), Eq. 1-2, doi:10.1016/j.optlaseng.2017.06.020.
     """
     start = time.perf_counter()
-    shift, coarse = _coarse(reference, moved, grid, settings)
-    alike = coarse >= settings.limits.min_zncc
+    alike = np.zeros(grid.inside.shape, dtype=bool)
+    shift = np.zeros((*alike.shape, 2))
+    shift[grid.inside], likeness = whole_pixel_shifts(
+        reference, moved, grid.points[grid.inside], settings
+    )
+    alike[grid.inside] = likeness >= settings.limits.min_zncc
     guess, slope, known = first_guesses(grid, shift, alike)
     chosen = np.argwhere(grid.inside & known)
     place = tuple(chosen.T)
@@ -129,31 +133,45 @@ def first_guesses(grid: PointGrid, shift: Floats, usable: Bools) -> tuple[Floats
     return grid.points + fit[..., 0, :], gradient, known
 
 
-def _coarse(
-    reference: ReferencePicture, moved: GreyImage, grid: PointGrid, settings: PaperSettings
+def whole_pixel_shifts(
+    reference: ReferencePicture, moved: GreyImage, points: Ints, settings: SearchSettings
 ) -> tuple[Floats, Floats]:
-    """(R, C, 2) whole-pixel shifts and (R, C) correlations there; NaN where none was found."""
+    """Search subsets by whole pixels.
+
+    Parameters
+    ----------
+    reference : ReferencePicture
+    moved : GreyImage
+        The deformed picture, of the shape of the reference.
+    points : (N, 2)
+        Centres (x, y), px.
+    settings : SearchSettings
+
+    Returns
+    -------
+    shift : (N, 2)
+        px, whole; NaN where none was found or the best lies at the edge of the search.
+    likeness : (N,)
+        Zero-mean normalised cross-correlation there.
+    """
     pad, subset = reference.pad, settings.subset
     whole = np.s_[pad:-pad, pad : -pad - LANES]
     still_mask = np.ascontiguousarray(reference.inside[whole])
     moved_mask = shrink(moved.mask).astype(np.float32)
     centre = np.float32(moved.grey[moved.mask].mean())  # float32 sums lose less about zero
-    still = (reference.planes[0][whole] - centre) * still_mask
     furthest = (settings.search - 2 * subset.radius - 1) // 2
     found = search(
-        still,
+        (reference.planes[0][whole] - centre) * still_mask,
         still_mask,
         (moved.grey - centre) * moved_mask,
         moved_mask,
-        np.ascontiguousarray(grid.points[grid.inside]),
+        np.ascontiguousarray(points),
         subset.radius,
         furthest + 1,  # a best shift at the edge of the search does not count
         1,
         subset.min_inside,
     )
-    shift, likeness = np.full((*grid.inside.shape, 2), np.nan), np.full(grid.inside.shape, np.nan)
-    shift[grid.inside], likeness[grid.inside] = np.rint(found[:, :2]), found[:, 2]
-    return shift, likeness
+    return np.rint(found[:, :2]), found[:, 2]
 
 
 def _fine(

@@ -65,6 +65,11 @@ def follow_pictures(
     StageError
         If nothing was found.
     """
+    if config.correlate.seeds == "propagate":
+        still = morph_by_warp(left, right, _unmoved(left))
+        return Followed(
+            clock.run("correlate", lambda: correlate_pictures(left, right, still, config)), None
+        )
     near = None
     if config.morph.law == "warp":
         warp = clock.run("start", lambda: _near_warp(left, right, config))
@@ -83,6 +88,12 @@ def follow_pictures(
     if near is not None and near.ok_count > found.ok_count:
         return Followed(near, None)
     return Followed(found, matches)
+
+
+def _unmoved(picture: GreyImage) -> Warp:
+    from shapemorph.methods.laws.identity import identity_warp
+
+    return identity_warp(picture.shape)
 
 
 def points_on(picture: GreyImage, spacing: int) -> int:

@@ -16,8 +16,15 @@ from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
-from shapemorph.methods.paper_dic import PaperSettings, correlate_like_paper
-from shapemorph.methods.spline_pictures import detail_length, prepare_deformed, prepare_reference
+from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper
+from shapemorph.methods.propagation import correlate_from_seeds
+from shapemorph.methods.spline_pictures import (
+    DeformedPicture,
+    ReferencePicture,
+    detail_length,
+    prepare_deformed,
+    prepare_reference,
+)
 from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, grid_points
 from shapemorph.methods.systematic import systematic_error
@@ -65,7 +72,6 @@ def correlate(
     choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
     log.info("%s", choice.reason)
     settings = _settings(config, choice.subset_size // 2)
-    limits = Limits(config.min_zncc, OUTLIER_FLOOR)
     measured = reference.mask if region is None else reference.mask & region
     grid = grid_points(measured, spacing=choice.spacing)
     if not grid.inside.any():
@@ -78,11 +84,7 @@ def correlate(
         seconds = 0.0
         for renewal in range(config.refinements + 1):
             target = prepare_deformed(morphed.image, pad=settings.pad)
-            if config.mode == "paper":
-                paper = PaperSettings(settings, limits, config.search)
-                found = correlate_like_paper(source, target, morphed.image, grid, settings=paper)
-            else:
-                found = correlate_grid(source, target, grid, settings=settings, limits=limits)
+            found = _matched(source, target, morphed.image, grid, settings, config)
             seconds += found.seconds
             if renewal < config.refinements:
                 noise = _rough_noise(found, detail_length(source), settings)
@@ -95,6 +97,23 @@ def correlate(
     composed = _compose(morphed.warp, grid, found, covariance, settings, seconds)
     bias = systematic_error(source, found, composed, order=settings.order)
     return replace(composed, bias_px=bias)
+
+
+def _matched(
+    source: ReferencePicture,
+    target: DeformedPicture,
+    image: GreyImage,
+    grid: PointGrid,
+    settings: SubsetSettings,
+    config: CorrelateConfig,
+) -> GridMatches:
+    """Match the grid with the morphed picture in the way that is configured."""
+    limits = Limits(config.min_zncc, OUTLIER_FLOOR)
+    if config.mode == "icgn" and config.seeds == "warp":
+        return correlate_grid(source, target, grid, settings=settings, limits=limits)
+    matcher = correlate_like_paper if config.mode == "paper" else correlate_from_seeds
+    sought = SearchSettings(settings, limits, config.search)
+    return matcher(source, target, image, grid, settings=sought)
 
 
 def _settings(config: CorrelateConfig, radius: int) -> SubsetSettings:

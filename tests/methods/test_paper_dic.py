@@ -7,13 +7,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 from shapemorph.core.image import GreyImage
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.grid_correlation import Limits
-from shapemorph.methods.paper_dic import PaperSettings, correlate_like_paper, first_guesses
+from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper, first_guesses
 from shapemorph.methods.spline_pictures import prepare_deformed, prepare_reference
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, grid_points
 
 SHAPE = (130, 150)
 CENTRE = np.array([75.0, 65.0])
-SETTINGS = PaperSettings(SubsetSettings(10, 1, 0.1, 30, 0.5, 10.0), Limits(0.7, 0.15), 41)
+SETTINGS = SearchSettings(SubsetSettings(10, 1, 0.1, 30, 0.5, 10.0), Limits(0.7, 0.15), 41)
 
 
 def _correlate(wave_pattern, pixel_grid, slope, shift, noise=2 / 255):
