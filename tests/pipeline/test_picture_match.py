@@ -25,5 +25,6 @@ def test_propagation_matches_no_features(wave_pattern, pixel_grid, monkeypatch):
     assert found.matches is None
     ok = found.grid.status == 0
     assert ok.sum() > 60
-    motion = (found.grid.deformed_px - found.grid.reference_px)[ok]
-    assert np.abs(motion - [7.4, -6.2]).max() < 0.02
+    error = (found.grid.deformed_px - found.grid.reference_px)[ok] - [7.4, -6.2]
+    assert np.abs(error).max() < 0.1  # of subsets that the rim cuts
+    assert np.median(np.abs(error)) < 0.003
