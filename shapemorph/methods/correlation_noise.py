@@ -14,6 +14,7 @@ BLOCK = 256  # points that a thread takes at once
 MAX_LAG = 3  # px; resampling correlates noise no farther unless it magnifies
 AVERAGED = 2.0  # points; standard deviation of the weights that average the autocovariance
 SAMPLED = 64  # subsets from which the effect of fitting is learnt
+MOST_NOISY = 0.5  # share of the squared slopes that is put down to noise
 LEAST_SHARE = 0.1  # of the variance that white noise of the same strength would cause
 
 
@@ -67,8 +68,33 @@ def displacement_covariance(
         lags, noise
     )
     result = np.full((*usable.shape, 2, 2), np.nan)
+    spread = _without_noisy_slopes(reference, points[usable], noise[:, 0], settings.radius)
     result[usable] = found[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
+    result[usable] *= spread[:, :, None] * spread[:, None, :]
     return result
+
+
+def _without_noisy_slopes(
+    reference: ReferencePicture, points: Ints, noise: Floats, radius: int
+) -> Floats:
+    """(N, 2) factors on sigma, since only the slopes of the pattern hold a match.
+
+    The squared slopes of the reference contain those of its own noise, which the deformed
+    picture does not share; half of the residual's variance is taken for it.
+    """
+    from scipy.ndimage import uniform_filter
+
+    turn = 2 * np.pi * np.fft.fftfreq(256)
+    gain = float(np.mean((3.0 * np.sin(turn) / (2.0 + np.cos(turn))) ** 2))
+    place = tuple((points + reference.pad).T[::-1])
+    size = 2 * radius + 1
+    seen = uniform_filter(reference.inside, size)[place]
+    factors = np.empty((len(points), 2))
+    for k in range(2):
+        squares = uniform_filter(reference.planes[1 + k] ** 2 * reference.inside, size)[place]
+        share = 0.5 * gain * noise * seen / np.maximum(squares, 1e-12)
+        factors[:, k] = 1.0 / (1.0 - np.clip(share, 0.0, MOST_NOISY))
+    return factors
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -24,15 +24,15 @@ SHAPE = (170, 210)
 SHIFT = np.array([0.3, -0.4])
 
 
-def _errors(pattern, pixels, settings, blur, seed):
+def _errors(pattern, pixels, settings, blur, seed, exposure=(2, lambda grey: grey)):
     """Errors of independent points and their predicted standard deviations."""
-    rng = np.random.default_rng(seed)
-    noise = rng.normal(0, 2 / 255, (2, *SHAPE))
+    rng, (level, light) = np.random.default_rng(seed), exposure
+    noise = rng.normal(0, level / 255, (2, *SHAPE))
     if blur:
         noise[1] = gaussian_filter(noise[1], blur)
         noise[1] *= 2 / 255 / noise[1].std()
     full = np.ones(SHAPE, dtype=bool)
-    pictures = [pattern(pixels) + noise[0], pattern(pixels - SHIFT) + noise[1]]
+    pictures = [pattern(pixels) + noise[0], light(pattern(pixels - SHIFT)) + noise[1]]
     first, second = (GreyImage(picture.astype("f4"), full) for picture in pictures)
     reference = prepare_reference(first, allowed=None, pad=settings.pad)
     deformed = prepare_deformed(second, pad=settings.pad)
@@ -57,6 +57,23 @@ def test_sigma_is_the_scatter_of_the_errors(order, blur, wave_pattern, pixel_gri
     ratio = np.sqrt((error**2).mean()) / np.sqrt((sigma**2).mean())
     assert ratio == pytest.approx(1.0, abs=0.1)  # of some 700 components: 3 % by chance
     assert 0.60 < (np.abs(error) <= sigma).mean() < 0.76
+
+
+@pytest.mark.parametrize(
+    ("level", "size", "slope"),
+    [(1, 21, 0.0), (2, 15, 0.0), (2, 31, 0.0), (5, 21, 0.0), (5, 15, 0.02), (2, 21, 0.02)],
+)
+def test_two_thirds_of_the_errors_are_within_sigma(level, size, slope, wave_pattern, pixel_grid):
+    pattern, pixels = wave_pattern(), pixel_grid(SHAPE)
+    settings = SubsetSettings(size // 2, 1, 1e-3, 30, 0.5, 9.0)
+    across = slope * (pixels[..., 0] / SHAPE[1] - 0.5)
+
+    def light(grey):
+        return 0.9 * grey + 0.03 + across
+
+    runs = [_errors(pattern, pixels, settings, 0.0, seed, (level, light)) for seed in range(6)]
+    error, sigma = (np.concatenate(parts) for parts in zip(*runs, strict=True))
+    assert 0.63 < (np.abs(error) <= sigma).mean() < 0.73
 
 
 def test_noise_twice_as_strong_doubles_sigma(wave_pattern, pixel_grid):
