@@ -83,10 +83,18 @@ def match(
     enough = max(ENOUGH_PAIRS, 2 * config.min_matches)
     start = find_start(reference, deformed, ratio=config.ratio, enough=enough, known=known)
     try:
+        _refuse_few_on_a_repeat(start, enough)
         return _extend(start, config)
     except StageError as error:
         message = _why_not(start, config) or str(error)
         raise UnmatchedError(message, *start.pairs.alike.swapaxes(0, 1)) from error
+
+
+def _refuse_few_on_a_repeat(start: Start, enough: int) -> None:
+    """Raise where a whole part of the picture could lie one repeat off and agree with itself."""
+    few = len(start.pairs) < enough
+    if few and find_repeat(start.left.pattern, std=start.left.std) is not None:
+        raise StageError("too few pairs for a pattern that repeats")
 
 
 def _why_not(start: Start, config: MatchConfig) -> str:
