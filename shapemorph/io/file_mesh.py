@@ -123,15 +123,15 @@ def check_positions(vertices: Floats, rows: Ints, *, name: str) -> None:
     refers = np.zeros(len(vertices), dtype=np.bool_)
     refers[rows] = True
     used = vertices[refers]
-    lost = ~(np.abs(used) < _FARTHEST).all(axis=1)
-    if lost.any():
-        numbers = np.flatnonzero(refers)[lost] + 1
+    near = np.abs(used) < _FARTHEST
+    if not near.all():
+        numbers = np.flatnonzero(refers)[~near.all(axis=1)] + 1
         raise DataError(
             f"{name}: expected finite positions, got NaN, infinity or a huge number in "
             f"{len(numbers)} vertices (first: number {numbers[0]}): "
             "remove them before the export"
         )
-    if not np.ptp(used, axis=0).max() > _SMALLEST:
+    if not max(map(np.ptp, used.T)) > _SMALLEST:
         raise DataError(f"{name}: expected a surface with a size, got all vertices at one point")
 
 

@@ -241,7 +241,7 @@ def _only_used(count: int, faces: Ints) -> tuple[Ints, Ints]:
     """Vertices that faces refer to, and the faces in their numbers."""
     refers = np.zeros(count, dtype=np.bool_)
     refers[faces.ravel()] = True
-    return np.flatnonzero(refers), (np.cumsum(refers) - 1)[faces]
+    return np.flatnonzero(refers), (np.cumsum(refers) - 1)[np.ascontiguousarray(faces)]
 
 
 def _weld_distance(vertices: Floats, faces: Ints, share: float) -> float:
