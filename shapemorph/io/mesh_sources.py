@@ -11,7 +11,8 @@ from shapemorph.core.errors import DataError
 from shapemorph.io.mtl import decode_text, read_materials
 from shapemorph.io.textures import find_obvious_picture, find_picture
 
-_MATERIAL_LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
+_MATERIAL_LIBRARY = re.compile(rb"mtllib[ \t]+([^\r\n]+)")
+_LONGEST_INDENT = 256
 _TEXTURE_COMMENT = re.compile(rb"^comment[ \t]+TextureFile[ \t]+([^\r\n]+)", re.MULTILINE)
 
 
@@ -37,12 +38,19 @@ def mesh_sources(path: Path) -> tuple[Path, ...]:
 
 def _of_obj(path: Path) -> Iterator[Path]:
     """Material libraries of an OBJ file, the one of its own name, and their pictures."""
-    names = [decode_text(m.group(1)).strip() for m in _MATERIAL_LIBRARY.finditer(path.read_bytes())]
-    for name in (*names, f"{path.stem}.mtl"):
+    for name in (*_libraries(path.read_bytes()), f"{path.stem}.mtl"):
         with contextlib.suppress(DataError, OSError):
             library, _ = find_picture(name, path.parent)
             yield library
             yield from _of_library(library)
+
+
+def _libraries(data: bytes) -> Iterator[str]:
+    """Names in the lines of an OBJ file that begin with mtllib, without cutting it into lines."""
+    for match in _MATERIAL_LIBRARY.finditer(data):
+        before = data[max(match.start() - _LONGEST_INDENT, 0) : match.start()]
+        if not re.split(rb"[\r\n]", before)[-1].strip():
+            yield decode_text(match.group(1)).strip()
 
 
 def _of_library(library: Path) -> Iterator[Path]:

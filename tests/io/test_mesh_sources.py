@@ -24,6 +24,14 @@ def test_an_obj_names_its_libraries_and_they_their_pictures(tmp_path):
     assert _names(mesh) == ["face.obj", "two parts.mtl", "front view.png", "back.jpg"]
 
 
+def test_a_library_is_named_at_the_begin_of_a_line_only(tmp_path):
+    for name in ("a.mtl", "b.mtl", "c.mtl"):
+        (tmp_path / name).touch()
+    mesh = tmp_path / "face.obj"
+    mesh.write_bytes(b"# mtllib a.mtl\rv 0 0 0\r \tmtllib b.mtl\ng mtllib c.mtl\n")
+    assert _names(mesh) == ["face.obj", "b.mtl"]
+
+
 def test_without_a_library_the_obvious_picture_counts(tmp_path):
     (tmp_path / "face.png").touch()
     (tmp_path / "other.png").touch()
