@@ -35,14 +35,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain(str(error))
         return error.exit_code
     except KeyboardInterrupt:
-        complain("interrupted; finished stages are kept")
-        return INTERRUPTED
+        return _interrupted()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return UNEXPECTED
     except Exception as error:  # noqa: BLE001 - the door: one line instead of a traceback
-        complain(_unexpected(error))
-        return UNEXPECTED
+        return _interrupted() if _was_interrupted(error) else _failed(error)
 
 
 def run_and_leave() -> NoReturn:
@@ -70,6 +68,24 @@ def _run(words: list[str]) -> int:
         complain(f"{_plain(error)} (see shapemorph --help)")
         return USAGE
     return code if isinstance(code, int) else 0
+
+
+def _interrupted() -> int:
+    complain("interrupted; finished stages are kept")
+    return INTERRUPTED
+
+
+def _failed(error: Exception) -> int:
+    complain(_unexpected(error))
+    return UNEXPECTED
+
+
+def _was_interrupted(error: BaseException) -> bool:
+    """Whether it came up while an interrupt was being handled."""
+    before = error.__context__
+    while before is not None and not isinstance(before, KeyboardInterrupt):
+        before = before.__context__
+    return before is not None
 
 
 def _plain(error: CycloptsError) -> str:

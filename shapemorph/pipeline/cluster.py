@@ -214,8 +214,16 @@ def _dask_settings(crew: Crew) -> Iterator[None]:
         "distributed.admin.tick.limit": "1h",
         "logging": {"distributed": "critical"},
     }
-    with dask.config.set(settings):
-        yield
+    before = {name: os.environ.get(name) for name in (*threads, *_inherited_environment())}
+    try:
+        with dask.config.set(settings):
+            yield
+    finally:  # what is set for workers is set here, too, when they start
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
 def _inherited_environment() -> dict[str, str]:

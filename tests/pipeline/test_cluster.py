@@ -49,8 +49,10 @@ def test_a_deadly_case_ends_no_other_and_threads_are_limited(tmp_path):
 
     told = []
     payloads = {name: {"name": name, "deadly": name == "b"} for name in "abcd"}
+    before = os.environ.get("NUMBA_NUM_THREADS")
     with local_cluster(Crew("", 2, 3, 2e9, 2)) as cluster:
         found = dict(cluster.run(work, payloads, told.append))
+    assert os.environ.get("NUMBA_NUM_THREADS") == before
     assert type(found.pop("b")).__name__ == "KilledWorker"
     assert (tmp_path / "deaths").read_text() == "xx"
     assert [result["threads"] for result in found.values()] == [["3", "3", "3"]] * 3
