@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from shapemorph.core.flattened import FlattenedPair
+from shapemorph.core.image import GreyImage
 from shapemorph.core.results import RunResults
 from shapemorph.pipeline.run import Results
 
@@ -10,7 +12,7 @@ if TYPE_CHECKING:
     from shapemorph.view.drawing_process import DrawingProcess, Pictures
     from shapemorph.view.figures import Named
 
-    _Job = tuple[Callable[..., None], Callable[..., Named], tuple[str, ...]]
+    _Job = tuple[Callable[..., None], Callable[..., Named], Callable[[], tuple[object, ...]]]
 
 
 class Drawing:
@@ -26,23 +28,45 @@ class Drawing:
 
     def __init__(self, results: Results, process: "DrawingProcess") -> None:
         from shapemorph.view import figures
-        from shapemorph.view.shapes import reference_figures
+        from shapemorph.view.shapes import reference_figures, with_small_textures
 
-        self._results = results
         self._process = process
+        load = results.load
+
+        def images() -> list[GreyImage]:
+            pair: FlattenedPair = load("flatten")
+            return [side.calibrated.image for side in (pair.reference, pair.deformed)]
+
+        # What the figures need of large results, and no more: it goes to another process.
         self._waiting: dict[str, _Job] = {
-            "inputs": (process.draw_in_scene, reference_figures, ("reference",)),
-            "flatten": (process.draw, figures.flattening_figures, ("flatten",)),
-            "match": (process.draw, figures.matching_figures, ("flatten", "match")),
-            "morph": (process.draw, figures.morph_figures, ("flatten", "morph")),
-            "correlate": (process.draw, figures.correlation_figures, ("flatten", "correlate")),
+            "inputs": (
+                process.draw_in_scene,
+                reference_figures,
+                lambda: (with_small_textures(load("reference")),),
+            ),
+            "flatten": (process.draw, figures.flattening_figures, lambda: (load("flatten"),)),
+            "match": (
+                process.draw,
+                figures.matching_figures,
+                lambda: (*images(), load("match")),
+            ),
+            "morph": (
+                process.draw,
+                figures.morph_figures,
+                lambda: (images()[0], load("morph")),
+            ),
+            "correlate": (
+                process.draw,
+                figures.correlation_figures,
+                lambda: (images()[0], load("correlate")),
+            ),
         }
 
     def reached(self, stage: str) -> None:
         """Ask for the figures of a stage, now that it is up to date."""
         if stage in self._waiting:
-            ask, figures, shown = self._waiting.pop(stage)
-            ask(figures, *(self._results.load(name) for name in shown))
+            ask, figures, nouns = self._waiting.pop(stage)
+            ask(figures, *nouns())
 
     def all_reached(self, results: RunResults) -> None:
         """Ask for all other figures, now that every stage is up to date."""

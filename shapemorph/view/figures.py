@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from shapemorph.core.flattened import FlattenedPair, FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
+from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawSpread
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
@@ -52,23 +53,19 @@ def flattening_figures(pair: FlattenedPair) -> Named:
     yield "flattening", distortion_figure(pair)
 
 
-def matching_figures(pair: FlattenedPair, matches: Matches) -> Named:
+def matching_figures(reference: GreyImage, deformed: GreyImage, matches: Matches) -> Named:
     """Draw what was matched."""
-    yield (
-        "matches",
-        matches_figure(matches, pair.reference.calibrated.image, pair.deformed.calibrated.image),
-    )
+    yield "matches", matches_figure(matches, reference, deformed)
 
 
-def morph_figures(pair: FlattenedPair, morphed: Morphed) -> Named:
+def morph_figures(reference: GreyImage, morphed: Morphed) -> Named:
     """Draw the morphed picture beside the reference."""
-    reference = pair.reference.calibrated.image
     yield "morph", morph_figure(reference, morphed.image, reference.mask & morphed.image.mask)
 
 
-def correlation_figures(pair: FlattenedPair, grid: CorrelationGrid) -> Named:
+def correlation_figures(reference: GreyImage, grid: CorrelationGrid) -> Named:
     """Draw the field that the correlation found."""
-    yield "correlation", correlation_figure(grid, pair.reference.calibrated.image)
+    yield "correlation", correlation_figure(grid, reference)
 
 
 def histogram_figures(measurement: Measurement) -> Named:

@@ -1,7 +1,7 @@
 """Figures of the shapes: their pattern, and every measure on the deformed one."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +14,8 @@ from shapemorph.core.surface import Alignment
 from shapemorph.view.camera import View, outer_view, second_view
 from shapemorph.view.layout import Heading, views_figure
 from shapemorph.view.measures import MEASURES, Measure, measure_values
-from shapemorph.view.render import Painter, Picture, Scene
-from shapemorph.view.style import colour_scale
+from shapemorph.view.render import MAX_TEXTURE, Painter, Picture, Scene
+from shapemorph.view.style import colour_scale, reduced
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,8 +44,14 @@ class Shapes:
 
 def shapes_of(results: RunResults) -> Shapes:
     """Take from a measurement what the figures of its deformed shape show."""
-    carried = _carried(results.deformed_mesh, results.alignment)
+    carried = _carried(with_small_textures(results.deformed_mesh), results.alignment)
     return Shapes(results.measurement, carried)
+
+
+def with_small_textures(mesh: TexturedMesh) -> TexturedMesh:
+    """Shrink the textures of a mesh as far as no picture of it shows, to pass it on quickly."""
+    textures = tuple(reduced(texture, MAX_TEXTURE) for texture in mesh.textures)
+    return replace(mesh, textures=textures)
 
 
 def reference_figures(mesh: TexturedMesh, scene: Scene) -> Iterator[tuple[str, "Figure"]]:
@@ -92,15 +98,7 @@ def shape_figures(shapes: Shapes, scene: Scene) -> Iterator[tuple[str, "Figure"]
 def _carried(mesh: TexturedMesh, alignment: Alignment) -> TexturedMesh:
     """Carry the deformed mesh into the frame of the reference file."""
     vertices = mesh.vertices @ alignment.rotation.T + alignment.translation
-    return TexturedMesh(
-        vertices,
-        mesh.faces,
-        mesh.wedge_uv,
-        mesh.face_texture,
-        mesh.textures,
-        mesh.corner_grey,
-        name=mesh.name,
-    )
+    return replace(mesh, vertices=vertices)
 
 
 def _shape_figure(scene: Scene, mesh: TexturedMesh, view: View, key: str) -> "Figure":

@@ -122,7 +122,7 @@ def reduced(picture: Greys, longest: int) -> Greys:
     step = max(1, int(np.ceil(max(picture.shape) / longest)))
     height, width = (max(1, length // step) * step for length in picture.shape)
     blocks = picture[:height, :width].reshape(height // step, step, width // step, step)
-    return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
+    return np.asarray(blocks.mean(axis=1).mean(axis=2), dtype=np.float32)
 
 
 def new_figure(width: float, height: float) -> "Figure":

@@ -22,7 +22,7 @@ from shapemorph.view.figures import (
 from shapemorph.view.maps import grid_extent, surface_distortion_figure
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.plots import even_selection
-from shapemorph.view.shapes import reference_figures, shape_figures, shapes_of
+from shapemorph.view.shapes import reference_figures, shape_figures, shapes_of, with_small_textures
 
 NO_GL = sys.platform.startswith("linux") and not all(
     ctypes.util.find_library(name) for name in ("EGL", "GL")
@@ -54,9 +54,12 @@ def test_every_figure_has_a_caption_and_shows_something(drawn):
 
 def _flat(results):
     yield from encoded(flattening_figures(results.pair))
-    yield from encoded(matching_figures(results.pair, results.matches))
-    yield from encoded(morph_figures(results.pair, results.morphed))
-    yield from encoded(correlation_figures(results.pair, results.grid))
+    reference, deformed = (
+        side.calibrated.image for side in (results.pair.reference, results.pair.deformed)
+    )
+    yield from encoded(matching_figures(reference, deformed, results.matches))
+    yield from encoded(morph_figures(reference, results.morphed))
+    yield from encoded(correlation_figures(reference, results.grid))
     yield from encoded(histogram_figures(results.measurement))
 
 
@@ -123,3 +126,14 @@ def test_long_pictures_are_shown_below_each_other(results):
     assert (right > left, level) == (True, pytest.approx(top))
     (left, top), (below, lower) = corners(stretched(4))
     assert (lower < top, below) == (True, pytest.approx(left))
+
+
+def test_large_textures_shrink_before_they_are_passed_on(results):
+    mesh = dataclasses.replace(
+        results.reference_mesh, textures=(np.ones((5000, 4100), np.float32),)
+    )
+    (small,) = with_small_textures(mesh).textures
+    assert small.shape == (1666, 1366)
+    assert (small == 1).all()
+    (same,) = with_small_textures(results.reference_mesh).textures
+    np.testing.assert_array_equal(same, results.reference_mesh.textures[0])
