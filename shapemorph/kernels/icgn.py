@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Codes, Floats, Greys, Ints
 from shapemorph.core.status import PointStatus
-from shapemorph.kernels.small_linear import compose_with_inverse, factor, solve
+from shapemorph.kernels.small_linear import clear, compose_with_inverse, copy, factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
 from shapemorph.kernels.subset_rows import warped_moments
 from shapemorph.kernels.vectors import LANES
@@ -196,31 +196,31 @@ def _match_one(  # type: ignore[no-untyped-def]
         if zncc < best_zncc - WORSE:
             damping = max(10.0 * damping, 0.1)
             if damping > MAX_DAMPING:
-                warp[:] = best
+                copy(best, warp)
                 return NOT_CONVERGED, best_zncc, iteration, full
             factor(hessian, unknowns, damping, lower)
-            warp[:] = best
-            right[:] = best_right
+            copy(best, warp)
+            copy(best_right, right)
         else:
             if damping > 0.0:
                 damping = 0.1 * damping if damping > 1e-3 else 0.0
                 factor(hessian, unknowns, damping, lower)
             best_zncc = zncc
-            best[:] = warp
+            copy(warp, best)
             for a in range(unknowns):
                 at = 3 + a if a < terms else 9 + a - terms
                 right[a] = gain * (moments[at] - found * total[at]) - zncc * along[at]
-            best_right[:] = right
+            copy(right, best_right)
         if iteration >= HOPELESS_AFTER and best_zncc < HOPELESS_ZNCC:
             return LOW_ZNCC, best_zncc, iteration, full
 
         solve(lower, right, unknowns, solution)
-        step[:] = 0.0
+        clear(step)
         for a in range(terms):
             step[a] = solution[a]
             step[6 + a] = solution[terms + a]
         compose_with_inverse(warp, step, order == 2, trial)
-        warp[:] = trial
+        copy(trial, warp)
         drift_x, drift_y = warp[0] - start_x, warp[6] - start_y
         if not drift_x * drift_x + drift_y * drift_y <= max_drift * max_drift:
             return NOT_CONVERGED, best_zncc, iteration, full

@@ -7,6 +7,20 @@ from shapemorph.core.arrays import Floats
 
 
 @njit(cache=True, error_model="numpy")
+def copy(source: Floats, target: Floats) -> None:
+    """Copy all of `target` from `source`; compiles faster than an assignment of slices."""
+    for k in range(target.shape[0]):
+        target[k] = source[k]
+
+
+@njit(cache=True, error_model="numpy")
+def clear(target: Floats) -> None:
+    """Set all of a vector to zero."""
+    for k in range(target.shape[0]):
+        target[k] = 0.0
+
+
+@njit(cache=True, error_model="numpy")
 def factor(matrix: Floats, count: int, damping: float, lower: Floats) -> bool:
     """Cholesky factor of a symmetric matrix with its diagonal raised.
 

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Floats
+from shapemorph.kernels.small_linear import clear
 from shapemorph.kernels.subset_rows import VECTOR_FLAGS
 from shapemorph.kernels.vectors import LANES, fused, load, spread, total
 
@@ -172,9 +173,10 @@ def reference_moments(  # type: ignore[no-untyped-def]
         Filled like the moments of a warped subset, for a grey of one and for the
         reference grey itself; along[0:2] are the sums of grey and its square.
     """
-    products[:] = 0.0
-    total[:] = 0.0
-    along[:] = 0.0
+    for k in range(3):
+        clear(products[k])
+    clear(total)
+    clear(along)
     width, lanes = weights.shape
     radius = (width - 1) // 2
     for first in range(0, lanes, LANES):
