@@ -16,6 +16,7 @@ from shapemorph.core.image import GreyImage
 SIZE, SPACING, SUPERSAMPLES = 1000, 8, 4
 CELL = 0.8  # distance of the blobs of the pattern, one in each cell, in speckles
 WIDTH = 0.5 / np.sqrt(2)  # standard deviation of a blob, in speckles: 1/e half a speckle away
+CELLS = 1024  # along each side, after which the pattern repeats: seen in no picture
 SPECKLE = 4.5  # px
 CENTRE = np.array([SIZE / 2, SIZE / 2])
 Map = Callable[[np.ndarray], np.ndarray]
@@ -55,8 +56,8 @@ def speckle_at(
 def take_picture(back: Map, noise: float, seed: int, speckle: float = SPECKLE) -> GreyImage:
     """Photograph the pattern: what `back` finds at each pixel, averaged, in whole levels."""
     rng = np.random.default_rng(5)
-    places = rng.random((256, 256, 2))
-    heights = rng.choice([-1.0, 1.0], (256, 256)) * rng.uniform(0.6, 1.2, (256, 256))
+    places = rng.random((CELLS, CELLS, 2))
+    heights = rng.choice([-1.0, 1.0], (CELLS, CELLS)) * rng.uniform(0.6, 1.2, (CELLS, CELLS))
     rows, cols = np.mgrid[:SIZE, :SIZE].astype(np.float64)
     total = np.zeros(SIZE * SIZE)
     offsets = (np.arange(SUPERSAMPLES) + 0.5) / SUPERSAMPLES - 0.5
