@@ -78,15 +78,18 @@ def correlate_grid(
     *,
     settings: SubsetSettings,
     limits: Limits,
+    starts: Floats | None = None,
 ) -> GridMatches:
     """Match all points of a grid that are inside.
 
-    First all start from no motion. Points that are lost, or contradict their neighbours,
-    start again from what their neighbours say, as long as that brings some back.
+    First all start from `starts` (N, 12), row by row, or from no motion. Points that are
+    lost, or contradict their neighbours, start again from what their neighbours say, as
+    long as that brings some back.
     """
     chosen = np.argwhere(grid.inside)
     at = grid.points[grid.inside]
-    first = match_points(reference, deformed, at, identity_starts(len(at)), settings=settings)
+    starts = identity_starts(len(at)) if starts is None else starts
+    first = match_points(reference, deformed, at, starts, settings=settings)
     found = judged_matches(merged_matches(empty_matches(grid), first, chosen), grid.spacing, limits)
     return rescued_matches(reference, deformed, grid, found, settings=settings, limits=limits)
 

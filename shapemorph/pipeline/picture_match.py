@@ -17,6 +17,7 @@ from shapemorph.pipeline.law_inputs import read_law_inputs
 
 ENOUGH = 0.9  # of the points that may be expected: fewer, and features are matched
 NEAR_ENOUGH = 0.02  # px: to this the subsets of a near start settle
+GENTLE = 0.1  # change of the gradient that subsets follow without a morphed picture
 log = logging.getLogger(__name__)
 
 
@@ -106,10 +107,19 @@ def correlate_from(
 ) -> CorrelationGrid | None:
     """Follow points from where a warp says that they are; None if none is found."""
     try:
-        return correlate_pictures(left, right, morph_by_warp(left, right, warp), config)
+        if not _is_gentle(warp):
+            return correlate_pictures(left, right, morph_by_warp(left, right, warp), config)
+        return correlate_pictures(left, right, Morphed(right, _unmoved(right)), config, warp)
     except StageError as error:
         log.info("nothing from a near start: %s", error)
         return None
+
+
+def _is_gentle(warp: Warp) -> bool:
+    """Tell if a warp stretches and turns so little that subsets need no morphed picture."""
+    along_y, along_x = (np.diff(warp.coefficients, axis=k) / warp.spacing for k in (0, 1))
+    off = max(np.abs(along_x - (1.0, 0.0)).max(), np.abs(along_y - (0.0, 1.0)).max())
+    return bool(off < GENTLE)
 
 
 def _near_warp(left: GreyImage, right: GreyImage, config: RunConfig) -> Warp | None:
@@ -158,7 +168,11 @@ def morph_by_warp(left: GreyImage, right: GreyImage, warp: Warp) -> Morphed:
 
 
 def correlate_pictures(
-    left: GreyImage, right: GreyImage, morphed: Morphed, config: RunConfig
+    left: GreyImage,
+    right: GreyImage,
+    morphed: Morphed,
+    config: RunConfig,
+    start: Warp | None = None,
 ) -> CorrelationGrid:
     """Follow the points of the left picture into the right one."""
     from shapemorph.stages.correlate import correlate
@@ -166,4 +180,4 @@ def correlate_pictures(
     def remorph(warp: Warp) -> GreyImage:
         return morph_by_warp(left, right, warp).image
 
-    return correlate(left, remorph, morphed, config.correlate, None)
+    return correlate(left, remorph, morphed, config.correlate, None, start)

@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -26,8 +27,8 @@ from shapemorph.methods.spline_pictures import (
     prepare_reference,
 )
 from shapemorph.methods.subset_choice import choose_subset
-from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, grid_points
-from shapemorph.methods.systematic import systematic_error
+from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, affine_starts, grid_points
+from shapemorph.methods.systematic import shape_bias, systematic_error
 from shapemorph.methods.threads import kernel_threads
 from shapemorph.methods.warp_renewal import renew_warp
 from shapemorph.methods.warping import warp_points
@@ -36,6 +37,8 @@ SMOOTHING = (0.3, 1.0)  # of the subset: over these lengths a renewed warp avera
 log = logging.getLogger(__name__)
 
 OUTLIER_FLOOR = 0.15  # px; a residual may always differ so much from its neighbours
+FOLLOWED, MISSED = 99.0, 2.0  # percentile of the points; times the random error
+FINE = 1e-3  # px: a random error below it is taken for this
 LEAST_UNLIKE = 1e-6  # 1 - ZNCC^2 of a match without any noise
 
 
@@ -45,13 +48,15 @@ def correlate(
     morphed: Morphed,
     config: CorrelateConfig,
     region: Bools | None,
+    start: Warp | None = None,
 ) -> CorrelationGrid:
     """Follow a regular grid of points from the reference into the deformed picture.
 
     The reference is matched with the morphed picture, from no motion at all; then the
     warp is fitted to what was found and the deformed picture is morphed again, so that
     the last matches see hardly any motion, and no curvature of it, that the shape
-    function could not follow.
+    function could not follow. With a `start` that is left out where the shape function
+    follows the field already.
 
     Parameters
     ----------
@@ -63,6 +68,9 @@ def correlate(
         Section ``correlate`` of the run file.
     region : (H, W) bool or None
         Part of the reference that is measured; None for all of its mask.
+    start : Warp or None
+        Where the first search begins, reference -> `morphed`, which then is the deformed
+        picture itself; None for no motion.
 
     Raises
     ------
@@ -81,14 +89,19 @@ def correlate(
         )
     with kernel_threads(config.threads):
         source = prepare_reference(reference, allowed=region, pad=settings.pad)
+        starts = None if start is None else _starts_through(start, grid)
         seconds = 0.0
         for renewal in range(config.refinements + 1):
             target = prepare_deformed(morphed.image, pad=settings.pad)
-            found = _matched(source, target, morphed.image, grid, settings, config)
+            match = _matcher(config, settings, morphed.image, starts)
+            found = match(source, target, grid)
             seconds += found.seconds
+            noise = _rough_noise(found, detail_length(source), settings)
+            if starts is not None and _follows(found, noise, grid.spacing, settings):
+                break
             if renewal < config.refinements:
-                noise = _rough_noise(found, detail_length(source), settings)
                 morphed = _renew(morphed.warp, remorph, grid, found, settings, noise)
+            starts = None
         if not found.ok.any():
             raise StageError(_nothing(found.status))
         covariance = displacement_covariance(
@@ -99,21 +112,35 @@ def correlate(
     return replace(composed, bias_px=bias)
 
 
-def _matched(
-    source: ReferencePicture,
-    target: DeformedPicture,
-    image: GreyImage,
-    grid: PointGrid,
-    settings: SubsetSettings,
-    config: CorrelateConfig,
-) -> GridMatches:
-    """Match the grid with the morphed picture in the way that is configured."""
+Matcher = Callable[[ReferencePicture, DeformedPicture, PointGrid], GridMatches]
+
+
+def _matcher(
+    config: CorrelateConfig, settings: SubsetSettings, image: GreyImage, starts: Floats | None
+) -> Matcher:
+    """Way to match the grid with the morphed picture that is configured."""
     limits = Limits(config.min_zncc, OUTLIER_FLOOR)
     if config.mode == "icgn" and config.seeds == "warp":
-        return correlate_grid(source, target, grid, settings=settings, limits=limits)
+        return partial(correlate_grid, settings=settings, limits=limits, starts=starts)
     matcher = correlate_like_paper if config.mode == "paper" else correlate_from_seeds
     sought = SearchSettings(settings, limits, config.search)
-    return matcher(source, target, image, grid, settings=sought)
+    return lambda source, target, grid: matcher(source, target, image, grid, settings=sought)
+
+
+def _starts_through(warp: Warp, grid: PointGrid) -> Floats:
+    """(N, 12) starts of the points inside, as a warp says."""
+    at = grid.points[grid.inside]
+    return affine_starts(at, *warp_points(warp, at.astype(np.float64)))
+
+
+def _follows(found: GridMatches, noise: Floats, spacing: int, settings: SubsetSettings) -> bool:
+    """Tell if what the shape function misses of the field is lost in the random error."""
+    bias = shape_bias(
+        found.position, found.ok, spacing=spacing, radius=settings.radius, order=settings.order
+    )
+    share = np.abs(bias).max(axis=-1) / np.maximum(noise, FINE)
+    known = np.isfinite(share)
+    return bool(known.any() and np.percentile(share[known], FOLLOWED) < MISSED)
 
 
 def _settings(config: CorrelateConfig, radius: int) -> SubsetSettings:

@@ -10,6 +10,7 @@ from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus
+from shapemorph.methods.laws.identity import identity_warp
 from shapemorph.methods.warping import warp_points
 from shapemorph.stages.correlate import correlate
 
@@ -205,3 +206,38 @@ def test_the_bias_is_that_of_the_morph_that_was_matched(scene):
     error = (grid.deformed_px - _bulge(grid.reference_px))[known]
     corrected = error - grid.bias_px[known]
     assert np.sqrt((corrected**2).mean()) < 0.6 * np.sqrt((error**2).mean())
+
+
+@pytest.mark.parametrize(("bend", "morphs"), [(0.0, 0), (2e-4, 1)])
+def test_a_picture_is_morphed_only_where_the_field_bends(bend, morphs, wave_pattern, pixel_grid):
+    pattern, pixels = wave_pattern(), pixel_grid(SHAPE)
+
+    def forward(points):
+        x = points[..., :1]
+        return points + np.array([0.6, -1.3]) + bend * (x - 95.0) ** 2 * np.array([1.0, 0.0])
+
+    def back(points):
+        guess = points.copy()
+        for _ in range(60):
+            guess = guess + 0.8 * (points - forward(guess))
+        return guess
+
+    whole = np.ones(SHAPE, dtype=bool)
+    reference = GreyImage(pattern(pixels).astype("f4"), whole)
+    deformed = GreyImage(pattern(back(pixels)).astype("f4"), whole)
+    made = []
+
+    def remorph(warp):
+        made.append(warp)
+        targets, _ = warp_points(warp, pixels.reshape(-1, 2))
+        return GreyImage(pattern(back(targets)).reshape(SHAPE).astype("f4"), whole)
+
+    still = identity_warp(SHAPE)
+    start = Warp(still.coefficients + np.array([0.3, -1.0]), still.origin, still.spacing)
+    settings = CorrelateConfig(subset_size=21, spacing=8)
+    grid = correlate(reference, remorph, Morphed(deformed, still), settings, None, start)
+    assert len(made) == morphs
+    ok = grid.status == PointStatus.OK
+    assert ok.mean() > 0.9
+    error = (grid.deformed_px - forward(grid.reference_px))[ok]
+    assert np.percentile(np.abs(error), 95) < 0.01
