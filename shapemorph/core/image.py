@@ -8,7 +8,7 @@ from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 from shapemorph.core.errors import DataError
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, weakref_slot=True, eq=False)
 class GreyImage:
     """Grey levels with the region where they mean something.
 

@@ -1,6 +1,7 @@
 """Subset size and spacing from the picture itself."""
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -17,6 +18,7 @@ POOR_PLACES = 10.0  # percentile of the local gradient content that has to suffi
 BARE = 0.05  # of the usual gradient content: such places show no pattern, whatever the subset
 TILE = 32  # px
 USUAL_SPECKLE = 5.0  # px, where the picture shows none
+_PATTERNS: WeakKeyDictionary[GreyImage, tuple[float, float, float]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +64,7 @@ def choose_subset(
     subset_size, spacing : int or None
         px, as configured; None to choose.
     """
-    speckle = speckle_size(picture.grey, picture.mask)
-    noise = grey_noise(picture)
-    slopes = _poor_slopes(picture)
+    speckle, noise, slopes = _pattern(picture)
     per_pixel = float(np.sqrt(2.0) * noise / np.sqrt(max(slopes, 1e-12)))
     by_speckle = SPECKLES * (speckle if np.isfinite(speckle) else USUAL_SPECKLE)
     by_noise = per_pixel / TARGET_SIGMA
@@ -74,6 +74,16 @@ def choose_subset(
     sigma = per_pixel / size
     reason = _reason(subset_size is None, size, speckle, by_noise > by_speckle, sigma)
     return SubsetChoice(size, step, speckle, noise, sigma, reason)
+
+
+def _pattern(picture: GreyImage) -> tuple[float, float, float]:
+    """Size of a speckle, noise of grey and poor slopes, measured once of each picture."""
+    known = _PATTERNS.get(picture)
+    if known is None:
+        speckle = speckle_size(picture.grey, picture.mask)
+        known = speckle, grey_noise(picture), _poor_slopes(picture)
+        _PATTERNS[picture] = known
+    return known
 
 
 def grey_noise(picture: GreyImage) -> float:
