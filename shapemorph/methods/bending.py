@@ -5,10 +5,8 @@ import numpy as np
 from shapemorph.core.arrays import Floats
 
 
-def bending_terms(
-    reference_bend: Floats, gradient: Floats, deformed_bend: Floats, cubics: Floats
-) -> Floats:
-    """Find how much of a fitted deformation gradient is due to bending alone.
+def bending_cubics(reference_bend: Floats, gradient: Floats, deformed_bend: Floats) -> Floats:
+    """Find the cubics that bending alone puts into a deformed position.
 
     A sheet that bends without any change of strain follows an arc, and the projection of
     an arc on its tangent is shortened by a cubic: a quadratic fit takes that for a smaller
@@ -23,14 +21,12 @@ def bending_terms(
         of the reference tangent plane, 1/mm.
     gradient : (N, 2, 3)
         First derivatives of the deformed position by the same coordinates.
-    cubics : (N, 2, 4)
-        Gradient that the same fit gives to x^3, x^2 y, x y^2, y^3.
 
     Returns
     -------
-    (N, 2, 3)
-        To be subtracted from `gradient`. Zero for a rigid motion, for a uniform scaling,
-        and for any map of a plane into a plane.
+    (N, 2, 4)
+        Coefficients of x^3, x^2 y, x y^2, y^3 along the two rows of `gradient`, 1/mm^2. Zero
+        for a rigid motion, for a uniform scaling, and for any map of a plane into a plane.
 
     Notes
     -----
@@ -44,9 +40,29 @@ def bending_terms(
     metric = gradient @ np.swapaxes(gradient, 1, 2)
     wanted = _pairs(_root(metric) @ reference_bend) - _pairs(deformed_bend)
     third = wanted.reshape(len(wanted), 16) @ _SOLVE.T
-    along = np.linalg.solve(_invertible(metric), third.reshape(-1, 2, 4))
-    slope = along * _MULTIPLICITY @ np.swapaxes(cubics, 1, 2) / 6
-    shortfall: Floats = np.swapaxes(slope, 1, 2) @ gradient
+    along = np.linalg.solve(invertible(metric), third.reshape(-1, 2, 4))
+    cubics: Floats = along * _MULTIPLICITY / 6
+    return cubics
+
+
+def bending_terms(cubics: Floats, gradient: Floats, slopes: Floats) -> Floats:
+    """Find how much of a fitted deformation gradient is due to such cubics.
+
+    Parameters
+    ----------
+    cubics : (N, 2, 4)
+        From :func:`bending_cubics`.
+    gradient : (N, 2, 3)
+        First derivatives of the deformed position.
+    slopes : (N, 2, 4)
+        Gradient that the same fit gives to x^3, x^2 y, x y^2, y^3.
+
+    Returns
+    -------
+    (N, 2, 3)
+        To be subtracted from `gradient`.
+    """
+    shortfall: Floats = slopes @ np.swapaxes(cubics, 1, 2) @ gradient
     return shortfall
 
 
@@ -79,8 +95,8 @@ def _root(metric: Floats) -> Floats:
     return result
 
 
-def _invertible(metric: Floats) -> Floats:
-    """Put the identity where a fit has failed, so that the others can be solved at once."""
+def invertible(metric: Floats) -> Floats:
+    """Put the identity for 2 x 2 matrices of failed fits, so that all can be solved at once."""
     sound = _determinant(metric) > 0
     return np.where(sound[:, None, None], metric, np.eye(2))
 

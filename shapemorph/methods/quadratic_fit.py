@@ -29,8 +29,7 @@ def quadratic_operators(coordinates: Floats, inside: Bools) -> Floats:
         Coefficients = operator @ data; NaN where the points settle not even a plane.
     """
     scale = _width(coordinates, inside)
-    x, y = np.moveaxis(coordinates / scale[:, None, None], 2, 0)
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
+    terms = quadratics(coordinates / scale[:, None, None])
     operators = fit_operators(terms, inside, worst_condition=WORST_CONDITION)
     count = inside.sum(axis=1)
     poor = (count < _FEWEST_QUADRATIC) | ~np.isfinite(operators[:, 0, 0])
@@ -42,6 +41,12 @@ def quadratic_operators(coordinates: Floats, inside: Bools) -> Floats:
     powers = np.array([0, 1, 1, 2, 2, 2])
     scaled: Floats = operators / scale[:, None, None] ** powers[:, None]
     return scaled
+
+
+def quadratics(coordinates: Floats) -> Floats:
+    """Monomials 1, x, y, x^2, xy, y^2 of coordinates (N, K, 2), (N, K, 6)."""
+    x, y = np.moveaxis(coordinates, 2, 0)
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
 
 
 def _width(coordinates: Floats, inside: Bools) -> Floats:

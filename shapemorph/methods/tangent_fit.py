@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats
-from shapemorph.methods.bending import bending_terms, normal_bend
+from shapemorph.methods.bending import bending_cubics, bending_terms, normal_bend
+from shapemorph.methods.bending_share import bending_share
 from shapemorph.methods.grid_windows import Windows
 from shapemorph.methods.least_squares import fit_operators
-from shapemorph.methods.quadratic_fit import WORST_CONDITION, quadratic_operators
+from shapemorph.methods.quadratic_fit import WORST_CONDITION, quadratic_operators, quadratics
 
 _STEEPEST = 0.5  # cosine of the largest tilt of a chord from the tangent plane
 
@@ -54,7 +55,8 @@ def fit_tangent(
     Reference and deformed positions are fitted by quadratics of the coordinates in the
     reference tangent plane (by planes where the points are too few or lie in too narrow a
     strip), and the bending that a quadratic cannot follow is accounted for
-    (:func:`~shapemorph.methods.bending.bending_terms`).
+    (:func:`~shapemorph.methods.bending.bending_cubics`), unless the points show that space
+    was stretched as a whole (:func:`~shapemorph.methods.bending_share.bending_share`).
 
     Parameters
     ----------
@@ -72,9 +74,10 @@ def fit_tangent(
 
     Notes
     -----
-    Exact for a homogeneous stretch of a plane, of any size; a rigid motion of any surface
-    gives the identity to rounding; otherwise second order in the width of the window,
-    and fourth order where a sheet only bends.
+    Exact for a homogeneous stretch of any size, on the fitted tangent plane (of a plane:
+    its own); a rigid motion of any surface gives the identity to rounding; otherwise
+    second order in the width of the window, and fourth order where a flat sheet only
+    bends.
     """
     patch = _gather(reference, deformed, windows)
     picture = _relative(reference_px, windows)
@@ -92,12 +95,18 @@ def _fit(patch: _Patch, plane: Floats, mm_per_px: Floats) -> TangentFit:
     slopes = back @ _slopes_of(operators)
     flat = coordinates @ (_slopes_of(reference) @ np.swapaxes(tangent, 1, 2))
     gradient = back @ _slopes_of(deformed)
-    gradient = gradient - bending_terms(
-        back @ normal_bend(reference) @ turn,
-        gradient,
-        back @ normal_bend(deformed) @ turn,
-        slopes @ _cubics(flat),
+    bends = (back @ normal_bend(fit) @ turn for fit in (reference, deformed))
+    cubics, shapes = bending_cubics(next(bends), gradient, next(bends)), _cubics(flat)
+    bent = patch.deformed - shapes @ np.swapaxes(cubics, 1, 2) @ gradient
+    share = bending_share(
+        coordinates,
+        inside,
+        (patch.reference, patch.deformed),
+        (reference, deformed),
+        bent - quadratics(coordinates) @ (operators @ bent),
     )
+    short = bending_terms(cubics, gradient, slopes @ shapes)
+    gradient = gradient - share[:, None, None] * short
     return TangentFit(tangent, np.swapaxes(gradient, 1, 2), slopes, mm_per_px)
 
 
@@ -138,7 +147,8 @@ def _slopes_of(operators: Floats) -> Floats:
 def _cubics(coordinates: Floats) -> Floats:
     """Cubic monomials x^3, x^2 y, x y^2, y^3, (N, K, 4)."""
     x, y = np.moveaxis(coordinates, 2, 0)
-    return np.stack([x**3, x * x * y, x * y * y, y**3], axis=2)
+    xx, yy = x * x, y * y
+    return np.stack([xx * x, xx * y, x * yy, yy * y], axis=2)
 
 
 def _orthonormal(edges: Floats) -> tuple[Floats, Floats]:

@@ -134,3 +134,61 @@ def test_strain_does_not_depend_on_the_unit_of_length(unit):
     expected = principal_strains(lifted(flat), dome(flat, 22.5))
     found = principal_strains(unit * lifted(flat), unit * dome(flat, 22.5))
     np.testing.assert_allclose(found, expected, atol=1e-10)
+
+
+STRETCH_OF_SPACE = np.array([[1.8, 0.3, -0.2], [0.1, 0.7, 0.4], [-0.3, 0.2, 1.3]])
+
+
+def cylinder(flat: np.ndarray, radius: float) -> np.ndarray:
+    """Sheet rolled without strain, its first axis around."""
+    angle = flat[..., 0] / radius
+    around = radius * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
+    return np.stack([around[..., 0], flat[..., 1], around[..., 1]], axis=-1)
+
+
+def strains_in_planes(normal: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """E1 and E2 of a homogeneous deformation in the planes with these normals, (R, C, 2)."""
+    planes = np.linalg.svd(normal[..., None, :])[2][..., 1:, :]
+    green = planes @ (change.T @ change - np.eye(3)) @ np.swapaxes(planes, -1, -2) / 2
+    return np.linalg.eigvalsh(green)[..., ::-1]
+
+
+def test_homogeneous_stretch_of_a_cylinder_is_exact_inside_its_rim():
+    flat = sheet(12, 14, 0.8)
+    flat[..., 0] -= 0.3 * flat[..., 1] / 0.8  # the grid's columns run around
+    curved = cylinder(flat, 7.0)
+    normal = curved * [1, 0, 1] / 7.0
+    found = principal_strains(curved, curved @ STRETCH_OF_SPACE.T)
+    expected = strains_in_planes(normal, STRETCH_OF_SPACE)
+    np.testing.assert_allclose(found[2:-2, 2:-2], expected[2:-2, 2:-2], atol=1e-9)
+
+
+def test_homogeneous_stretch_of_a_curved_surface_is_that_of_the_fitted_plane():
+    errors = []
+    for step in (1.0, 0.5):
+        curved = dome(sheet(13, 15, 0.9 * step), 12.0) @ TURN.T
+        found = principal_strains(curved, curved @ STRETCH_OF_SPACE.T)
+        errors.append(np.abs(found - strains_in_planes(curved / 12.0, STRETCH_OF_SPACE)))
+    assert errors[0][2:-2, 2:-2].max() < 1e-4  # with the terms of bending it is 0.02
+    assert errors[0].max() / errors[1].max() > 3.5
+
+
+@pytest.mark.parametrize("radius", [5.0, 20.0, 1e6])
+def test_bending_a_bent_sheet_further_or_back_adds_next_to_no_strain(radius):
+    errors = []
+    for spacing in (1.0, 0.5):
+        flat = sheet(12, 14, spacing)
+        found = principal_strains(cylinder(flat, 10.0), cylinder(flat, radius))
+        errors.append(np.abs(found[2:-2, 2:-2]).max())
+    assert errors[0] < 3e-4
+    assert errors[0] / errors[1] > 12
+
+
+def test_noise_does_not_make_bending_a_stretch_of_space():
+    flat = sheet(40, 40, 1.0)
+    noise = np.random.default_rng(3).normal(scale=0.003, size=(2, *flat.shape[:2], 3))
+    states = cylinder(flat, 6.0), cylinder(flat, 10.0)
+    quiet = principal_strains(*states)
+    found = principal_strains(*(state + part for state, part in zip(states, noise, strict=True)))
+    mean = (found - quiet)[3:-3, 3:-3].sum(axis=2).mean()  # of E1 + E2: not biased by noise
+    assert abs(mean) < 1e-4  # without the terms of bending it is 0.012
