@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from shapemorph.config import CorrelateConfig, RegionConfig, RunConfig, StrainConfig
+from shapemorph.config import CorrelateConfig, RegionConfig, ReportConfig, RunConfig, StrainConfig
 
 
 def test_unknown_keys_are_errors():
@@ -24,11 +24,17 @@ def test_every_default_is_valid_and_survives_a_round_trip():
         (StrainConfig, {"window": 4}, "odd"),
         (RegionConfig, {"centre": (0, 0, 0)}, "both or neither"),
         (RegionConfig, {"radius": -1.0, "centre": (0, 0, 0)}, "greater than 0"),
+        (CorrelateConfig, {"order": True}, "no true"),
+        (CorrelateConfig, {"min_zncc": False}, "no false"),
     ],
 )
 def test_impossible_values_say_why(section, values, message):
     with pytest.raises(ValidationError, match=message):
         section.model_validate(values)
+
+
+def test_switches_take_true_and_false():
+    assert not ReportConfig.model_validate({"figures": False}).figures
 
 
 def test_sections_cannot_be_changed_after_they_were_made():

@@ -1,0 +1,44 @@
+"""The YAML files as types: one frozen model per section, all defaults, unknown keys are errors."""
+
+from shapemorph.config.assess import AssessConfig, StarConfig
+from shapemorph.config.batch import BatchConfig, ClusterConfig, FoldersConfig
+from shapemorph.config.correlate import CorrelateConfig, OddSize
+from shapemorph.config.flatten import FlattenConfig, FlatteningMethod
+from shapemorph.config.inputs import Channel, InputsConfig, Polygon, RegionConfig
+from shapemorph.config.match import MatchConfig
+from shapemorph.config.morph import Law, MorphConfig
+from shapemorph.config.report import ReportConfig
+from shapemorph.config.run import RunConfig, TrackConfig
+from shapemorph.config.section import Section, Unit, Vector3
+from shapemorph.config.surface import AlignConfig, LiftConfig, StrainConfig
+from shapemorph.config.synthesize import DamageConfig, SynthesizeConfig
+
+__all__ = [
+    "AlignConfig",
+    "AssessConfig",
+    "BatchConfig",
+    "Channel",
+    "ClusterConfig",
+    "CorrelateConfig",
+    "DamageConfig",
+    "FlattenConfig",
+    "FlatteningMethod",
+    "FoldersConfig",
+    "InputsConfig",
+    "Law",
+    "LiftConfig",
+    "MatchConfig",
+    "MorphConfig",
+    "OddSize",
+    "Polygon",
+    "RegionConfig",
+    "ReportConfig",
+    "RunConfig",
+    "Section",
+    "StarConfig",
+    "StrainConfig",
+    "SynthesizeConfig",
+    "TrackConfig",
+    "Unit",
+    "Vector3",
+]
