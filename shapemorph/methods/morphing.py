@@ -97,11 +97,11 @@ def _narrowest(image: CalibratedImage, warp: Warp, shape: tuple[int, int]) -> fl
     targets, gradient = warp_points(warp, points)
     places = np.rint(np.where(np.isfinite(targets), targets, -1.0)).astype(np.int64)
     height, width = image.image.shape
-    inside = (places >= 0).all(axis=1) & (places < (width, height)).all(axis=1)
-    inside[inside] = image.image.mask[places[inside, 1], places[inside, 0]]
-    if not inside.any():
+    near = np.flatnonzero(((places >= 0) & (places < (width, height))).all(axis=1))
+    near = near[image.image.mask[places[near, 1], places[near, 0]]]
+    if len(near) == 0:
         return 1.0
-    widths = np.linalg.svd(gradient[inside], compute_uv=False)[:, 1]
+    widths = np.linalg.svd(gradient[near], compute_uv=False)[:, 1]
     return float(max(np.percentile(widths, NARROW_PLACES), LEAST_WIDTH))
 
 
