@@ -98,11 +98,7 @@ class Shader:
 
 
 def prepare_shader(
-    mesh: TexturedMesh,
-    chart: Chart,
-    *,
-    texels_per_px: float = kernel.SAMPLES,
-    narrowest: float = 1.0,
+    mesh: TexturedMesh, chart: Chart, *, texels_per_px: float = kernel.SAMPLES
 ) -> Shader:
     """Gather what reading grey on a chart needs.
 
@@ -116,8 +112,6 @@ def prepare_shader(
         Of that mesh.
     texels_per_px : float
         Textures are reduced while 95 % of the chart keeps half as many as this.
-    narrowest : float
-        Width of the narrowest footprints that will be asked for, px.
     """
     values, gradients = texel_map(mesh, chart)
     if not mesh.has_texture:
@@ -125,8 +119,7 @@ def prepare_shader(
         stack = TextureStack(np.zeros(0, np.float32), none, 0, np.zeros(0, np.int64))
         textures = np.zeros(len(chart.faces), dtype=np.int64)
         return Shader(index_chart(chart), values, gradients, textures, stack)
-    wanted = max(texels_per_px, kernel.SHARPEST / narrowest)
-    base = _reductions(chart, gradients, wanted)
+    base = _reductions(chart, gradients, texels_per_px)
     textures = np.ascontiguousarray(mesh.face_texture[chart.face_ids])
     return Shader(index_chart(chart), values, gradients, textures, stack_textures(mesh, base))
 

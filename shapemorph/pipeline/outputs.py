@@ -153,12 +153,13 @@ def _write_summary(run: Finished, folder: Path) -> None:
 
 
 def _write_report(run: Finished, folder: Path) -> None:
-    from shapemorph.view.report import write_report
+    from shapemorph.view.report import Contents, write_report
 
     summary = json.loads((run.folder / "summary.json").read_text(encoding="utf-8"))
     figures = sorted((run.folder / "figures").glob("*.png")) if run.config.report.figures else []
     settings = {"config": run.config.model_dump(mode="json")}
-    write_report(summary | settings, figures, folder / "report.html")
+    contents = Contents(summary | settings, figures, run.measurement)
+    write_report(contents, folder / "report.html")
 
 
 def _everything(config: RunConfig) -> Any:
