@@ -15,7 +15,7 @@ from shapemorph.core.results import RunResults
 from shapemorph.io.config_files import config_text
 from shapemorph.io.safe_files import move_files, scratch_folder, write_json
 from shapemorph.pipeline.drawing import Drawing
-from shapemorph.pipeline.fingerprints import code_fingerprint, fingerprint
+from shapemorph.pipeline.fingerprints import code_fingerprint, file_fingerprint, fingerprint
 from shapemorph.pipeline.run import Event, Listener, Results
 
 if TYPE_CHECKING:
@@ -94,9 +94,12 @@ class Finished:
 
     def summary(self, results: RunResults) -> dict[str, Any]:
         """Figures of the run."""
+        from shapemorph.pipeline.good_practice import good_practice
         from shapemorph.pipeline.summary import summarise
 
-        return summarise(results, self.results.load("inputs"), self.config, self.seconds)
+        found = summarise(results, self.results.load("inputs"), self.config, self.seconds)
+        noise = self.results.load("noise")
+        return found | {"good_practice": good_practice(found, self.config, noise)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +169,15 @@ def _everything(config: RunConfig) -> Any:
     return config.model_dump(mode="json")
 
 
+def _drawn(config: RunConfig) -> Any:
+    return config.report.model_dump(include={"figures"})
+
+
+def _everything_and_noise(config: RunConfig) -> Any:
+    path = config.report.noise
+    return [_everything(config), path and file_fingerprint(path)]
+
+
 _ALL = ("inputs", "flatten", "match", "morph", "correlate", "lift", "spread", "align", "strain")
 
 OUTPUTS: tuple[Output, ...] = (
@@ -177,9 +189,9 @@ OUTPUTS: tuple[Output, ...] = (
         _everything,
         _write_measurement,
     ),
-    Output("figures", _ALL, lambda config: config.report.model_dump(), _write_figures),
-    Output("summary", _ALL, _everything, _write_summary),
-    Output("report", _ALL, _everything, _write_report),
+    Output("figures", _ALL, _drawn, _write_figures),
+    Output("summary", _ALL, _everything_and_noise, _write_summary),
+    Output("report", _ALL, _everything_and_noise, _write_report),
 )
 
 

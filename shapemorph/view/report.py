@@ -36,7 +36,14 @@ _TITLES = {
     "versions": "Versions",
     "config": "Settings",
 }
-_HONOURED = ("verdict", "scorecard")
+_HONOURED = ("verdict", "scorecard", "good_practice")
+_PRACTICE = {
+    "hardware": "Hardware and set-up",
+    "analysis": "Analysis",
+    "flattening and matching": "Flattening and matching",
+    "definitions": "Definitions",
+}
+_GENERAL_TITLE = "Measurement of shape and strain"
 _SCRIPTS = (
     *("viewer_surface.js", "viewer_webgl.js", "viewer_canvas.js", "viewer_pick.js"),
     *("viewer_gestures.js", "viewer_words.js", "viewer.js"),
@@ -78,6 +85,7 @@ def write_report(contents: Contents, path: Path) -> None:
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     summary, measurement = contents.summary, contents.measurement
     page = environment.get_template("report.html.j2").render(
+        title=_heading(summary),
         subject=_subject(summary),
         verdict=_verdict(summary),
         scorecard=section_table("scorecard", "Scorecard", summary.get("scorecard", {})).rows,
@@ -85,6 +93,7 @@ def write_report(contents: Contents, path: Path) -> None:
         groups=_groups(contents.figures),
         checks=CHECKS,
         viewer=viewer_data(measurement) if measurement else None,
+        practice=list(_practice(summary)),
         tables=list(_tables(summary)),
         version=summary.get("versions", {}).get("shapemorph", ""),
         style=_asset("report.css"),
@@ -127,6 +136,17 @@ def _subject(summary: Mapping[str, Any]) -> str:
     inputs = summary.get("inputs", {})
     names = [inputs.get(side, {}).get("name", "") for side in ("reference", "deformed")]
     return " → ".join(str(name) for name in names if name) or "two shapes of one object"
+
+
+def _heading(summary: Mapping[str, Any]) -> str:
+    """Title that the user gave, or a general one."""
+    return summary.get("config", {}).get("report", {}).get("title") or _GENERAL_TITLE
+
+
+def _practice(summary: Mapping[str, Any]) -> Iterable[Table]:
+    """Tables of the Good Practices Guide."""
+    for name, rows in summary.get("good_practice", {}).items():
+        yield section_table(f"good_practice/{name}", _PRACTICE.get(name, name), rows)
 
 
 def _tables(summary: Mapping[str, Any]) -> Iterable[Table]:

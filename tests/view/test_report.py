@@ -142,3 +142,17 @@ def test_status_bars_count_every_point(tmp_path):
     assert {text for _, _, text in bars} == {"10"}
     assert "low ZNCC" in shown.texts
     assert "outside mask" not in shown.texts
+
+
+def test_title_and_tables_of_good_practice(tmp_path):
+    summary = {
+        "good_practice": {"hardware": {"camera": "NOT PROVIDED", "lens": "35 mm"}},
+        "config": {"report": {"title": "Bulge <7>"}},
+    }
+    write_report(Contents(summary, []), tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    shown = _Page()
+    shown.feed(text)
+    assert "<h1>Bulge &lt;7&gt;</h1>" in text
+    assert ("good_practice/hardware/lens", '"35 mm"', "35 mm") in shown.values
+    assert text.count('class="missing"') == 1
