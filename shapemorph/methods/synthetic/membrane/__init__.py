@@ -1,0 +1,1 @@
+"""Truth by finite elements: membranes that are pushed or blown, and smooth maps through them."""
