@@ -81,7 +81,9 @@ def spread(filled: Bools, passes: int) -> Ints:
 
 
 @njit(cache=True)
-def _speckle(x: float, y: float, blobs: Floats, origin: Floats, cell: Floats, edge: float) -> float:
+def speckle_brightness(
+    x: float, y: float, blobs: Floats, origin: Floats, cell: Floats, edge: float
+) -> float:
     """Brightness, 0 in a blob and 1 between blobs, at one material point."""
     rows, cols = blobs.shape[0], blobs.shape[1]
     across, down = (x - origin[0]) / cell[0], (y - origin[1]) / cell[1]
@@ -118,7 +120,7 @@ def speckle_at(
     """Brightness (N,) of the speckle at material coordinates (N, 2); see `paint`."""
     bright = np.empty(material.shape[0])
     for k in prange(material.shape[0]):
-        bright[k] = _speckle(material[k, 0], material[k, 1], blobs, origin, cell, edge)
+        bright[k] = speckle_brightness(material[k, 0], material[k, 1], blobs, origin, cell, edge)
     return bright
 
 
@@ -192,7 +194,7 @@ def paint(
                     dy = row - y0 + (j + 0.5) / samples - 0.5
                     second, third = (dx * by - bx * dy) / area, (ax * dy - dx * ay) / area
                     x, y = _material(nodes[f], second, third)
-                    total += _speckle(x, y, blobs, origin, cell, edge)
+                    total += speckle_brightness(x, y, blobs, origin, cell, edge)
             bright[row, col] = total / (samples * samples)
             dx, dy = col - x0, row - y0
             second, third = (dx * by - bx * dy) / area, (ax * dy - dx * ay) / area
