@@ -245,26 +245,35 @@ _stage_command("strain", "Measure strain on the tracked surface")
 @app.command
 def synthesize(
     case: str = "bulge",
+    kind: str | None = None,
     /,
     *,
     output: Output = None,
     settings: Settings = NO_SETTINGS,
     say: Say = SAY,
 ) -> int:
-    """Make a textured pair with exact truth: meshes and truth.npz.
+    """Make a textured pair, or the pictures of a stereo experiment, with exact truth.
 
     Parameters
     ----------
     case
         Shape (dome, bulge, indentation, freeform, hole, tube, rigid, balloon, sheet) or a YAML
-        file with a section `synthesize`.
+        file with a section `synthesize`; or `stereo`.
+    kind
+        Of `stereo`: membrane, or a YAML file with a section `twin`.
     """
+    from shapemorph.cli.stereo import write_stereo_twin
     from shapemorph.pipeline.synthesize import write_case
 
-    config = read_case(case, settings)
     configure_log(say)
-    folder = output or Path(Path(case).stem)
-    files = write_case(config, folder)
+    if case == "stereo":
+        files, folder = write_stereo_twin(kind or "membrane", output, settings, say)
+    elif kind is not None:
+        raise ConfigError(f"a second word follows stereo only, got {case} {kind}: leave it out")
+    else:
+        config = read_case(case, settings)
+        folder = output or Path(Path(case).stem)
+        files = write_case(config, folder)
     if say.json:
         show_json({"folder": str(folder), "files": [str(file) for file in files]})
     else:

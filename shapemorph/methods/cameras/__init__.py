@@ -1,1 +1,0 @@
-"""Calibration of cameras, and what can be measured with calibrated ones."""
