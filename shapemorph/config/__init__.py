@@ -7,7 +7,7 @@ from shapemorph.config.flatten import FlattenConfig, FlatteningMethod
 from shapemorph.config.inputs import Channel, InputsConfig, Polygon, RegionConfig
 from shapemorph.config.match import MatchConfig
 from shapemorph.config.morph import Law, MorphConfig
-from shapemorph.config.report import ReportConfig
+from shapemorph.config.report import EquipmentConfig, ReportConfig
 from shapemorph.config.run import RunConfig, TrackConfig
 from shapemorph.config.section import Section, Unit, Vector3
 from shapemorph.config.surface import AlignConfig, LiftConfig, StrainConfig
@@ -22,6 +22,7 @@ __all__ = [
     "ClusterConfig",
     "CorrelateConfig",
     "DamageConfig",
+    "EquipmentConfig",
     "FlattenConfig",
     "FlatteningMethod",
     "FoldersConfig",

@@ -206,16 +206,22 @@ def undistort(bent: Floats, radial: Floats, tangential: Floats) -> Floats:
 
 
 def _solved(slope: Floats, right: Floats) -> Floats:
-    (a, b), (c, d) = (np.moveaxis(slope[..., row, :], -1, 0) for row in range(2))
+    (a, b), (c, d) = _entries(slope)
     volume = a * d - b * c
     volume = np.where(np.abs(volume) > 1e-12, volume, np.nan)
     first, second = right[..., 0], right[..., 1]
     return np.stack([(d * first - b * second) / volume, (a * second - c * first) / volume], axis=-1)
 
 
+def _entries(slope: Floats) -> tuple[Floats, Floats]:
+    first, second = (np.moveaxis(slope[..., row, :], -1, 0) for row in range(2))
+    return first, second
+
+
 def _near_branch(flat: Floats, radial: Floats, tangential: Floats) -> Bools:
     """Say where the map keeps its orientation all the way out from the axis."""
     kept = np.ones(flat.shape[:-1], dtype=np.bool_)
     for share in (0.25, 0.5, 0.75, 1.0):
-        kept &= np.linalg.det(distortion_slope(share * flat, radial, tangential)) > 0
+        (a, b), (c, d) = _entries(distortion_slope(share * flat, radial, tangential))
+        kept &= a * d - b * c > 0
     return kept

@@ -34,6 +34,12 @@ class TrackedSurface:
         Standard deviation of one tangential component of the match that the noise of the
         two meshes adds: that of the reference on the reference surface, that of the
         deformed on the deformed surface, mm; NaN where not OK. None: not known, none.
+    covariance : (R, C, 3, 3) float64 or None
+        Of the deformed position, in its frame, against the true one of the material at the
+        reference position, mm^2; NaN where not OK. None: not known.
+    sigma_height : (R, C) float64 or None
+        Standard deviation of the reference position along its normal, mm; NaN where not
+        OK. None: not known.
     """
 
     reference: Floats
@@ -44,6 +50,8 @@ class TrackedSurface:
     status: Codes
     mesh_noise: Floats
     sigma_mesh: Floats | None = None
+    covariance: Floats | None = None
+    sigma_height: Floats | None = None
 
     def __post_init__(self) -> None:
         shape = self.status.shape
@@ -82,6 +90,8 @@ class StrainField:
         Standard deviations of E11, E22, E12, random part.
     sigma_e1, sigma_e2 : (R, C) float64
         Standard deviations of the principal values, random part.
+    sigma_difference : (R, C) float64
+        Standard deviation of E1 - E2, along fixed axes.
     facet_tensor : (R-1, C-1, 2, 2, 2) float64
         E of the two triangles of each cell (lower, upper), each homogeneous, in a basis
         whose first axis follows the grid columns.
@@ -103,6 +113,7 @@ class StrainField:
     sigma_tensor: Floats
     sigma_e1: Floats
     sigma_e2: Floats
+    sigma_difference: Floats
     facet_tensor: Floats
     window: int
     gauge_px: float

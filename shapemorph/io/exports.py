@@ -48,12 +48,16 @@ def write_export(
 
 
 def exported_arrays(measurement: Measurement) -> Arrays:
-    """Points, cells (row numbers from 0) and all point arrays, by name."""
-    return {
+    """Points, cells (row numbers from 0), all point arrays and those of the facets, by name."""
+    arrays = {
         REFERENCE.name: measurement.reference,
         "cells": measurement.cells,
         **measurement.arrays,
     }
+    if measurement.facets is not None:
+        arrays["facets"] = measurement.facets.corners
+        arrays |= {f"facet_{k}": values for k, values in measurement.facets.arrays.items()}
+    return arrays
 
 
 def _write_npz(stream: BinaryIO, arrays: Arrays, fields: Mapping[str, str]) -> None:

@@ -1,4 +1,4 @@
-"""Result files of a measurement: measurement.vtp, .csv and .glb."""
+"""Result files of a measurement: measurement.vtp, .csv and .glb, facets.vtp."""
 
 import csv
 from pathlib import Path
@@ -9,7 +9,7 @@ import numpy as np
 import shapemorph
 from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import DataError
-from shapemorph.core.measurement import Measurement
+from shapemorph.core.measurement import Facets, Measurement
 from shapemorph.io.coloured_glb import write_coloured_glb
 from shapemorph.io.quantities import INTEGER_COLUMNS, QUANTITIES, REFERENCE, Quantity
 from shapemorph.io.safe_files import whole_file
@@ -17,10 +17,11 @@ from shapemorph.io.vtk_files import write_surface
 
 _MILLIMETRES_PER_METRE = 1000.0
 _UNITS = "mm"
+FACETS = "facets.vtp"
 
 
 def write_measurement(folder: Path, measurement: Measurement, config: str) -> list[Path]:
-    """Write measurement.vtp, measurement.csv and measurement.glb into a folder.
+    """Write measurement.vtp, .csv and .glb, and facets.vtp, into a folder.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ def write_measurement(folder: Path, measurement: Measurement, config: str) -> li
     -------
     list of Path
         What was written; each file is whole or not there. Scattered points without a
-        single cell have no surface: then there is no measurement.glb.
+        single cell have no surface: then there is no measurement.glb and no facets.vtp.
     """
     paths = [folder / f"measurement.{suffix}" for suffix in ("vtp", "csv", "glb")]
     fields = {"config": config, "units": _UNITS, "version": shapemorph.__version__}
@@ -42,6 +43,9 @@ def write_measurement(folder: Path, measurement: Measurement, config: str) -> li
     if len(measurement.cells) == 0:
         return paths[:2]
     write_glb(paths[2], measurement)
+    if measurement.facets is not None:
+        paths.append(folder / FACETS)
+        write_facets(paths[3], measurement, measurement.facets, fields)
     return paths
 
 
@@ -70,6 +74,30 @@ def read_vtp(path: Path) -> tuple[Measurement, dict[str, str]]:
     cells = surface.regular_faces.reshape(-1, 4)
     points = np.asarray(surface.points, dtype=np.float64)
     return Measurement(points, np.asarray(cells, dtype=np.int64), arrays), fields
+
+
+def write_facets(
+    path: Path, measurement: Measurement, facets: Facets, fields: dict[str, str]
+) -> None:
+    """Write the facets on the reference shape, with an array a measure."""
+    write_surface(path, measurement.reference, facets.corners, facets.arrays, fields, of_cells=True)
+
+
+def read_facets(path: Path) -> Facets:
+    """Read facets back.
+
+    Raises
+    ------
+    DataError
+        If the file holds none.
+    """
+    import pyvista
+
+    surface = pyvista.read(path)
+    if not isinstance(surface, pyvista.PolyData) or "E1" not in surface.cell_data:
+        raise DataError(f"{path} holds no facets: expected PolyData with E1 for each cell")
+    corners = np.asarray(surface.regular_faces, dtype=np.int64).reshape(-1, 3)
+    return Facets(corners, {k: np.asarray(surface.cell_data[k]) for k in surface.cell_data})
 
 
 def table_columns(measurement: Measurement) -> dict[str, Floats]:

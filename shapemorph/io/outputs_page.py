@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from shapemorph.io.quantities import (
     CALIBRATED,
+    FACET_ARRAYS,
     FLATTENED,
     MATCHES,
     PLANAR,
@@ -27,11 +28,21 @@ one standard deviation of the random part. A unit of 1 means none.
 One row a point. `measurement.vtp` is PolyData: its points are the reference positions and its \
 cells the quads between neighbours that are all OK; configuration, units and version stand in \
 the field data. `shapemorph export RUN --format npz` (or `mat`) writes the same arrays under the \
-same names with two more: `points` and `cells` (row numbers of the four corners, counted from 0; \
-in MATLAB add 1). `measurement.csv` has the columns of the last column, in this order.
+same names with more: `points`, `cells` (row numbers of the four corners, counted from 0; in \
+MATLAB add 1), `facets` (of the three) and the arrays of facets.vtp with `facet_` before their \
+names. `measurement.csv` has the columns of the last column, in this order.
 
 | array | symbol | unit | numbers | formula | comes from | column |
 | --- | --- | --- | --- | --- | --- | --- |
+"""
+
+_FACETS = """
+## facets.vtp
+
+Strain without any smoothing: two triangles for each quad of measurement.vtp, between the same \
+points (its rows), each with the one homogeneous strain that its three corners have. Its strain \
+gauge is that of a window of two points, spacing + subset size. Cell arrays, symbols and formulas \
+as above: {}.
 """
 
 _GLB = """
@@ -88,7 +99,8 @@ def outputs_page() -> str:
     """Write docs/outputs.md."""
     rows = "".join(_row(quantity) for quantity in (REFERENCE, *QUANTITIES))
     sections = (head + _SMALL + "".join(_small_rows(table)) for head, table in _SECTIONS)
-    return _HEAD + rows + "".join(sections)
+    facets = _FACETS.format(", ".join(f"`{name}`" for name in FACET_ARRAYS))
+    return _HEAD + rows + facets + "".join(sections)
 
 
 def _row(quantity: Quantity) -> str:

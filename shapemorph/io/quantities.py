@@ -4,6 +4,7 @@ The writers take columns and units from here, and docs/outputs.md is written fro
 array that is new in a result file gets a line here.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 _XYZ, _UVW, _XY = "xyz", "uvw", "xy"
@@ -26,7 +27,7 @@ class Quantity:
     column : str
         Name in measurement.csv; with ``{}`` for the letter of a component, empty where it
         is not in the table.
-    letters : str
+    letters : sequence of str
         One for each component; empty: a scalar.
     components : int
         1 for scalars.
@@ -38,7 +39,7 @@ class Quantity:
     formula: str
     source: str
     column: str = ""
-    letters: str = ""
+    letters: Sequence[str] = ""
     components: int = 1
     kind: str = "float64"
 
@@ -52,6 +53,7 @@ class Quantity:
 
 
 _GRID, _LIFT, _STRAIN = "`correlate`", "`lift`", "`strain`: fit over the window"
+_LIFTED_NOISE = "`correlate`, `lift`: correlation and mesh noise"
 _GREEN = "Green–Lagrange, E = (FᵀF − I)/2 on the tangent plane of the reference"
 
 
@@ -68,6 +70,19 @@ def _placed(
 ) -> Quantity:
     unit = column.rpartition("_")[2]
     return Quantity(name, symbol, unit, formula, source, column, letters, len(letters))
+
+
+def _tensor(name: str, symbol: str, formula: str) -> Quantity:
+    column = name.removesuffix("_tangent") + "_{}"
+    return Quantity(name, symbol, "1", formula, _STRAIN, column, ("11", "22", "12"), 3)
+
+
+def _noise(name: str, symbol: str, formula: str) -> Quantity:
+    return Quantity(name, symbol, "1", f"{formula}; 1 σ, random part", "sigma_E1, sigma_E2")
+
+
+def _spatial(name: str, symbol: str, formula: str) -> Quantity:
+    return Quantity(name, symbol, "mm", formula, _LIFTED_NOISE, components=3)
 
 
 REFERENCE = _placed(
@@ -113,10 +128,10 @@ QUANTITIES: tuple[Quantity, ...] = (
     ),
     _scalar("E1", "E₁", f"larger principal value; {_GREEN}", _STRAIN),
     _scalar("E2", "E₂", f"smaller principal value; {_GREEN}", _STRAIN),
-    _scalar("hencky_1", "ε₁", "ln λ₁", "E1"),
-    _scalar("hencky_2", "ε₂", "ln λ₂", "E2"),
-    _scalar("stretch_1", "λ₁", "√(1 + 2 E₁)", "E1"),
-    _scalar("stretch_2", "λ₂", "√(1 + 2 E₂)", "E2"),
+    _scalar("hencky_1", "ε₁", "Hencky (true, logarithmic), ln λ₁", "E1"),
+    _scalar("hencky_2", "ε₂", "Hencky (true, logarithmic), ln λ₂", "E2"),
+    _scalar("stretch_1", "λ₁", "√(1 + 2 E₁): deformed over reference length", "E1"),
+    _scalar("stretch_2", "λ₂", "√(1 + 2 E₂): deformed over reference length", "E2"),
     _scalar("thickness_strain", "ε₃", "−(ε₁ + ε₂): Hencky, constant volume", "E1, E2"),
     _scalar("anisotropy", "D_A", "E₁/E₂; NaN where |E₂| ≤ 3 σ(E₂)", "E1, E2"),
     _scalar("zncc", "ZNCC", "zero-mean normalised cross-correlation of the subsets", _GRID),
@@ -126,7 +141,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "σ(u)",
         "mm",
         "1 σ of one component of the displacement, rms over the three; random part",
-        "`correlate`, `lift`: correlation and mesh noise",
+        _LIFTED_NOISE,
         "sigma_displacement_mm",
     ),
     _scalar("sigma_E1", "σ(E₁)", "1 σ, random part, through the fit", _STRAIN),
@@ -143,7 +158,54 @@ QUANTITIES: tuple[Quantity, ...] = (
         "F N₁ / |F N₁| on the deformed shape, frame of its file",
         _STRAIN,
     ),
+    _scalar("engineering_1", "λ₁ − 1", "engineering (technical): change over length", "E1"),
+    _scalar("engineering_2", "λ₂ − 1", "engineering (technical): change over length", "E2"),
+    _scalar("biot_1", "B₁", "Biot, principal value of U − I = √(FᵀF) − I: λ₁ − 1", "E1"),
+    _scalar("biot_2", "B₂", "Biot, principal value of U − I = √(FᵀF) − I: λ₂ − 1", "E2"),
+    _scalar("almansi_1", "e₁", "Euler–Almansi, e = (I − F⁻ᵀF⁻¹)/2: (1 − λ₁⁻²)/2", "E1"),
+    _scalar("almansi_2", "e₂", "Euler–Almansi, e = (I − F⁻ᵀF⁻¹)/2: (1 − λ₂⁻²)/2", "E2"),
+    _scalar("shear_max", "E₁₂ max", "largest tensor shear of Green–Lagrange, (E₁ − E₂)/2", "E1"),
+    Quantity(
+        *("shear_angle", "γ", "rad"),
+        "largest change of a right angle: arcsin((λ₁² − λ₂²)/(λ₁² + λ₂²))",
+        "E1, E2",
+        "shear_angle_rad",
+    ),
+    _scalar("area_ratio", "J", "λ₁ λ₂: deformed over reference area", "E1, E2"),
+    _tensor("E_tangent", "E₁₁, E₂₂, E₁₂", f"{_GREEN}, in the basis tangent_1, tangent_2"),
+    _placed(
+        *("sigma_uvw", "σ(u), σ(v), σ(w)", "1 σ of each component; alignment taken as exact"),
+        source=_LIFTED_NOISE,
+        column="sigma_{}_mm",
+        letters=_UVW,
+    ),
+    _tensor("sigma_E_tangent", "σ(E₁₁), σ(E₂₂), σ(E₁₂)", "1 σ, random part, through the fit"),
+    _noise("sigma_hencky_1", "σ(ε₁)", "σ(E₁)/λ₁²"),
+    _noise("sigma_hencky_2", "σ(ε₂)", "σ(E₂)/λ₂²"),
+    _noise("sigma_stretch_1", "σ(λ₁)", "σ(E₁)/λ₁; engineering and Biot strain have the same"),
+    _noise("sigma_stretch_2", "σ(λ₂)", "σ(E₂)/λ₂; engineering and Biot strain have the same"),
+    _noise("sigma_almansi_1", "σ(e₁)", "σ(E₁)/λ₁⁴"),
+    _noise("sigma_almansi_2", "σ(e₂)", "σ(E₂)/λ₂⁴"),
+    _noise("sigma_shear_max", "σ(E₁₂ max)", "σ(E₁ − E₂)/2, along fixed axes"),
+    _noise("sigma_area_ratio", "σ(J)", "J σ(ε₃)"),
+    _noise("sigma_thickness_strain", "σ(ε₃)", "of ε₁ + ε₂, with their covariance"),
+    _spatial("sigma_points", "σ(X)", "1 σ of each coordinate: the reference mesh, across it"),
+    _spatial(
+        *("sigma_deformed_position", "σ(x)"),
+        "1 σ of each coordinate, against the true place of the material at the reference position",
+    ),
+    _vector("tangent_1", "T₁", "first unit vector of the basis of `E_tangent`, reference", _STRAIN),
+    _vector("tangent_2", "T₂", "second unit vector of the basis of `E_tangent`", _STRAIN),
+    _vector("direction_2", "N₂", "unit direction of E₂ on the reference, likewise", _STRAIN),
+    _vector("direction_2_deformed", "n₂", "F N₂ / |F N₂|, across n₁", _STRAIN),
 )
+
+FACET_ARRAYS = (
+    *("E1", "E2", "hencky_1", "hencky_2", "stretch_1", "stretch_2", "thickness_strain"),
+    *("engineering_1", "engineering_2", "biot_1", "biot_2", "almansi_1", "almansi_2"),
+    *("shear_max", "shear_angle", "area_ratio"),
+)
+"""Cell arrays of facets.vtp: the same measures, of one triangle each."""
 
 INTEGER_COLUMNS = ("chart", "status", "iterations")
 """Columns of measurement.csv that are written without a point."""

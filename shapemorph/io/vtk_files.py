@@ -1,4 +1,7 @@
-"""VTK's XML files, written through VTK itself: pyvista takes half a second to load."""
+"""VTK's XML files, written through VTK itself: pyvista takes half a second to load.
+
+They are packed with LZ4: zlib takes ten times as long.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -41,15 +44,23 @@ def write_image_data(
         image.GetPointData().AddArray(_array(name, values.ravel()))
     _add_fields(image, fields)
     writer = vtkXMLImageDataWriter()
-    writer.SetCompressorTypeToLZ4()  # zlib takes ten times as long
+    writer.SetCompressorTypeToLZ4()
     with whole_file(path) as partial:
         _write(writer, image, partial)
 
 
-def write_surface(path: Path, points: Floats, quads: Ints, arrays: Arrays, fields: Fields) -> None:
-    """Write points (N, 3), quads (M, 4), arrays (N,) or (N, C) and field data as VTP.
+def write_surface(
+    path: Path,
+    points: Floats,
+    cells: Ints,
+    arrays: Arrays,
+    fields: Fields,
+    *,
+    of_cells: bool = False,
+) -> None:
+    """Write points (N, 3), cells (M, corners), arrays of either, and field data as VTP.
 
-    Without quads every point is a cell of its own.
+    Without cells every point is a cell of its own.
     """
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkPolyData
@@ -59,15 +70,18 @@ def write_surface(path: Path, points: Floats, quads: Ints, arrays: Arrays, field
     places = vtkPoints()
     places.SetData(_array("Points", points))
     surface.SetPoints(places)
-    if len(quads):
-        surface.SetPolys(_cells(quads))
+    if len(cells):
+        surface.SetPolys(_cells(cells))
     else:
         surface.SetVerts(_cells(np.arange(len(points))[:, None]))
+    target = surface.GetCellData() if of_cells else surface.GetPointData()
     for name, values in arrays.items():
-        surface.GetPointData().AddArray(_array(name, values))
+        target.AddArray(_array(name, values))
     _add_fields(surface, fields)
+    writer = vtkXMLPolyDataWriter()
+    writer.SetCompressorTypeToLZ4()
     with whole_file(path) as partial:
-        _write(vtkXMLPolyDataWriter(), surface, partial)
+        _write(writer, surface, partial)
         drop_nan_ranges(partial)
 
 

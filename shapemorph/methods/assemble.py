@@ -6,14 +6,14 @@ import numpy as np
 
 from shapemorph.core.arrays import Bools, Codes, Floats, Ints
 from shapemorph.core.grid import CorrelationGrid
-from shapemorph.core.measurement import Measurement
+from shapemorph.core.measurement import Facets, Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.core.surface import Alignment, StrainField, TrackedSurface
 from shapemorph.core.transform import RigidTransform
 from shapemorph.methods.charts.ownership import Ownership
-from shapemorph.methods.principal import hencky_of, stretch_of
+from shapemorph.methods.measures import measures_of, noise_of_measures, principal_measures
+from shapemorph.methods.principal import principal
 
-_WITHIN_NOISE = 3.0  # standard deviations below which a value says nothing
 _HEAD, _TAIL = slice(None, -1), slice(1, None)
 _CORNERS = ((_HEAD, _HEAD), (_HEAD, _TAIL), (_TAIL, _TAIL), (_TAIL, _HEAD))  # around a cell
 _FOR_LOST_POINTS_TOO = {"status", "chart", "reference_px", "zncc", "iterations"}
@@ -51,17 +51,19 @@ def assemble_measurement(
         "status": status,
         "chart": ownership.page,
         **_positions(grid, tracked, alignment, ownership),
-        **_strains(field),
+        **measures_of(field),
         "zncc": grid.zncc,
         "iterations": grid.iterations,
-        "sigma_displacement": tracked.sigma_position,
-        "sigma_E1": field.sigma_e1,
-        "sigma_E2": field.sigma_e2,
+        **_position_noise(tracked, alignment),
+        **noise_of_measures(field),
     }
     lost = status != PointStatus.OK
+    cells = _cells(whole, rows)
+    outward = _is_outward(cells, tracked, rows)
     return Measurement(
         reference=tracked.reference[rows],
-        cells=_cells(whole, rows, tracked),
+        cells=cells if outward else cells[:, ::-1].copy(),
+        facets=_facets(cells, field.facet_tensor[whole], outward=outward),
         arrays={name: _rows_of(name, values, rows, lost) for name, values in arrays.items()},
         grid_index=np.flatnonzero(rows),
     )
@@ -103,26 +105,32 @@ def _positions(
     }
 
 
+def _position_noise(tracked: TrackedSurface, alignment: Alignment) -> dict[str, Floats]:
+    """Give standard deviations of both positions and the displacement, by component, mm."""
+    if tracked.covariance is None or tracked.sigma_height is None:
+        unknown = np.full_like(tracked.reference, np.nan)
+        components = dict.fromkeys(
+            ("sigma_uvw", "sigma_points", "sigma_deformed_position"), unknown
+        )
+    else:
+        height = tracked.reference_normal * tracked.sigma_height[..., None]
+        turned = alignment.rotation @ tracked.covariance @ alignment.rotation.T
+        components = {
+            "sigma_uvw": np.sqrt(_diagonal(turned) + height**2),
+            "sigma_points": np.abs(height),
+            "sigma_deformed_position": np.sqrt(_diagonal(tracked.covariance)),
+        }
+    return {"sigma_displacement": tracked.sigma_position, **components}
+
+
+def _diagonal(covariance: Floats) -> Floats:
+    variances: Floats = np.diagonal(covariance, axis1=-2, axis2=-1)
+    return variances
+
+
 def _on_page(points_px: Floats, left: Floats) -> Floats:
     """Positions in the picture of the page itself."""
     return points_px - np.stack([left, np.zeros_like(left)], axis=-1)
-
-
-def _strains(field: StrainField) -> dict[str, Floats]:
-    major, minor = hencky_of(field.e1), hencky_of(field.e2)
-    clear = np.abs(field.e2) > _WITHIN_NOISE * field.sigma_e2
-    return {
-        "E1": field.e1,
-        "E2": field.e2,
-        "hencky_1": major,
-        "hencky_2": minor,
-        "stretch_1": stretch_of(field.e1),
-        "stretch_2": stretch_of(field.e2),
-        "direction_1": field.direction_1,
-        "direction_1_deformed": field.direction_1_deformed,
-        "thickness_strain": -(major + minor),
-        "anisotropy": field.e1 / np.where(clear & (field.e2 != 0), field.e2, np.nan),
-    }
 
 
 def _rows_of(name: str, values: Any, rows: Bools, lost: Bools) -> Floats:
@@ -135,12 +143,18 @@ def _rows_of(name: str, values: Any, rows: Bools, lost: Bools) -> Floats:
     return chosen
 
 
-def _cells(whole: Bools, rows: Bools, tracked: TrackedSurface) -> Ints:
-    """Quads between four OK neighbours, counter-clockwise seen against their normals."""
+def _cells(whole: Bools, rows: Bools) -> Ints:
+    """Quads between four OK neighbours, in the order of the grid's corners."""
     number = np.full(rows.shape, -1)
     number[rows] = np.arange(rows.sum())
-    cells = np.stack([number[corner][whole] for corner in _CORNERS], axis=1).astype(np.int64)
-    return cells if _is_outward(cells, tracked, rows) else cells[:, ::-1].copy()
+    return np.stack([number[corner][whole] for corner in _CORNERS], axis=1).astype(np.int64)
+
+
+def _facets(cells: Ints, tensor: Floats, *, outward: bool) -> Facets:
+    """Cut quads (M, 4) into the triangles that the tensors (M, 2, 2, 2) belong to."""
+    order = [[0, 1, 2], [0, 2, 3]] if outward else [[0, 2, 1], [0, 3, 2]]
+    values, _ = principal(tensor.reshape(-1, 2, 2))
+    return Facets(cells[:, order].reshape(-1, 3), principal_measures(values[:, 0], values[:, 1]))
 
 
 def _is_outward(cells: Ints, tracked: TrackedSurface, rows: Bools) -> bool:

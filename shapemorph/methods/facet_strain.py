@@ -1,8 +1,8 @@
-"""Green-Lagrange strain of the two triangles of every grid cell."""
+"""Green-Lagrange strain of triangles, each homogeneous: of grid cells or of any mesh."""
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Ints
 
 
 def facet_strain(reference: Floats, deformed: Floats) -> Floats:
@@ -29,10 +29,39 @@ def facet_strain(reference: Floats, deformed: Floats) -> Floats:
     A triangle has one strain only, so this is exact for a homogeneous deformation of any
     size, and second order in the spacing for the strain at the triangle's centroid.
     """
-    along, across = _edges(reference)
-    inverse = _inverse_of_basis(along, across)
-    gram = _gram(*_edges(deformed))
-    cauchy_green = np.swapaxes(inverse, -1, -2) @ gram @ inverse
+    return _strain_of_edges(_edges(reference), _edges(deformed))
+
+
+def triangle_strain(reference: Floats, deformed: Floats, faces: Ints) -> Floats:
+    """Measure the homogeneous strain of each triangle of a mesh whose points are known twice.
+
+    Parameters
+    ----------
+    reference, deformed : (V, 3)
+        Positions of the same points, each in its own frame; NaN where unknown.
+    faces : (F, 3)
+
+    Returns
+    -------
+    (F, 2, 2)
+        Green-Lagrange tensor in an orthonormal basis of the reference triangle, the first
+        axis along its first edge; NaN where a corner is unknown or there is no area.
+
+    Notes
+    -----
+    The strain of a linear (constant strain) triangle, so it equals that of finite elements
+    of this kind to rounding.
+    """
+    sides = [
+        (points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+        for points in (reference, deformed)
+    ]
+    return _strain_of_edges(*sides)
+
+
+def _strain_of_edges(before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:
+    inverse = _inverse_of_basis(*before)
+    cauchy_green = np.swapaxes(inverse, -1, -2) @ _gram(*after) @ inverse
     strain: Floats = (cauchy_green - np.eye(2)) / 2
     return strain
 

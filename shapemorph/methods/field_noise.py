@@ -7,17 +7,17 @@ from shapemorph.methods.grid_windows import Windows
 from shapemorph.methods.tangent_fit import TangentFit
 
 
-def position_noise(
+def position_covariance(
     scales: tuple[Floats, Floats],
     gradient: Floats,
     sigma_px: Floats,
     sigma_mesh: Floats,
-    sigma_normal: Floats,
+    height: Floats,
 ) -> Floats:
-    """Predict the standard deviation of one component of a displacement.
+    """Predict the covariance of a deformed position.
 
     Along the surface a match errs by the noise of the pictures and by what noisy vertices
-    do to the pattern on either side; across it, by the noise of both meshes.
+    do to the pattern on either side; across it, by the noise of the deformed mesh.
 
     Parameters
     ----------
@@ -31,21 +31,22 @@ def position_noise(
     sigma_mesh : (N, 2)
         That of one tangential component due to the reference and the deformed mesh, mm of
         their own surfaces.
-    sigma_normal : (N,)
-        Of the distance between both surfaces along the normal, mm.
+    height : (N, 3)
+        The normal of the deformed surface, times the standard deviation of its height, mm.
 
     Returns
     -------
-    (N,)
-        Root mean square over the three components, mm.
+    (N, 3, 3)
+        Against the true position of the material at the reference position, in the frame
+        of the deformed file, mm^2.
     """
     reference, deformed = scales
-    matched = np.einsum("nac,nc->n", deformed**2, sigma_px**2)
-    carried = deformed @ gradient
-    stretch = carried @ _pseudo_inverse(reference)
-    tangential = (stretch**2).sum(axis=(1, 2)) * sigma_mesh[:, 0] ** 2 + 2 * sigma_mesh[:, 1] ** 2
-    noise: Floats = np.sqrt((matched + tangential + sigma_normal**2) / 3)
-    return noise
+    matched = deformed * sigma_px[:, None]
+    stretched = deformed @ gradient @ _pseudo_inverse(reference) * sigma_mesh[:, :1, None]
+    along = deformed @ _pseudo_inverse(deformed) * sigma_mesh[:, 1:, None]
+    parts = np.concatenate([matched, stretched, along, height[:, :, None]], axis=2)
+    covariance: Floats = parts @ np.swapaxes(parts, 1, 2)
+    return covariance
 
 
 def interpolated_noise(barycentric: Floats, *, vertex_noise: float) -> Floats:

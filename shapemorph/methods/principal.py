@@ -66,3 +66,40 @@ def hencky_of(green: Floats) -> Floats:
     sound = np.where(np.asarray(green) > -0.5, green, np.nan)
     strain: Floats = np.log1p(2 * sound) / 2
     return strain
+
+
+def engineering_of(green: Floats) -> Floats:
+    """Turn principal Green-Lagrange strain E into engineering strain, sqrt(1 + 2 E) - 1.
+
+    The same number is the principal Biot strain, that of U - I.
+
+    Parameters
+    ----------
+    green : (...)
+        Principal Green-Lagrange strain, > -1/2.
+
+    Returns
+    -------
+    (...)
+        Change of length over reference length; accurate for tiny E; NaN at or below -1/2.
+    """
+    stretch = stretch_of(green)
+    strain: Floats = 2 * np.asarray(green) / (stretch + 1)
+    return strain
+
+
+def almansi_of(green: Floats) -> Floats:
+    """Turn principal Green-Lagrange strain E into Euler-Almansi strain, (1 - stretch^-2) / 2.
+
+    Parameters
+    ----------
+    green : (...)
+        Principal Green-Lagrange strain, > -1/2.
+
+    Returns
+    -------
+    (...)
+        Accurate for tiny E; NaN at or below -1/2.
+    """
+    strain: Floats = np.asarray(green) / stretch_of(green) ** 2
+    return strain

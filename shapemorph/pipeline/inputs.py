@@ -27,7 +27,8 @@ class Inputs:
     """Sources of a run by name.
 
     They are reference, deformed, reports, landmarks, region, rigid_region, law_inputs (what
-    the main morph law reads) and all_law_inputs (what all listed laws read).
+    the main morph law reads), all_law_inputs (what all listed laws read) and noise, which no
+    stage reads.
     Each is loaded once, when a stage first asks for it.
     """
 
@@ -85,6 +86,7 @@ class Inputs:
         optional = [
             self._config.inputs.landmarks,
             self._config.flatten.profile,
+            self._config.report.noise,
             *(r.mask for r in regions if r is not None),
         ]
         others = [path for path in optional if path is not None]
@@ -103,11 +105,11 @@ class Inputs:
         ConfigError
             If landmarks are needed and none are given.
         DataError
-            If a mask, a meridian or a file of a morph law is missing or not what it should
-            be; if landmarks cannot be read, are fewer than three, lie on one line or are
-            mirrored.
+            If a mask, a meridian, a noise floor or a file of a morph law is missing or not
+            what it should be; if landmarks cannot be read, are fewer than three, lie on one
+            line or are mirrored.
         """
-        for source in ("region", "rigid_region", "meridian", "all_law_inputs"):
+        for source in ("region", "rigid_region", "meridian", "all_law_inputs", "noise"):
             self.load(source)
         landmarks, method = self.load("landmarks"), self._config.align.method
         if landmarks is None:
@@ -163,6 +165,8 @@ class Inputs:
             return self._read_reports()
         if name == "meridian":
             return self._read_meridian()
+        if name == "noise":
+            return self._read_noise()
         if name in _LAW_SOURCES:
             return self._read_law_inputs(name)
         return self._read_landmarks() if name == "landmarks" else self._read_region(name)
@@ -244,6 +248,12 @@ class Inputs:
 
         path = self._config.flatten.profile
         return None if path is None else read_meridian(path, scale=self._mm_per_unit("deformed"))
+
+    def _read_noise(self) -> dict[str, dict[str, float]] | None:
+        from shapemorph.io.noise_files import read_noise
+
+        path = self._config.report.noise
+        return None if path is None else read_noise(path)
 
     def _read_region(self, name: str) -> Region | None:
         config = self._region_config(name)

@@ -4,11 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from shapemorph.config import RunConfig
+from shapemorph.io.noise_files import NOISE_FILE
 from shapemorph.io.safe_files import write_json
 from shapemorph.pipeline.measure import measure
 from shapemorph.pipeline.run import Listener
-
-NOISE_FILE = "noise.json"
 
 _CLEARLY = 10.0  # times the predicted standard deviation: not noise
 

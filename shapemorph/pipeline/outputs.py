@@ -15,7 +15,7 @@ from shapemorph.core.results import RunResults
 from shapemorph.io.config_files import config_text
 from shapemorph.io.safe_files import move_files, scratch_folder, write_json
 from shapemorph.pipeline.drawing import Drawing
-from shapemorph.pipeline.fingerprints import code_fingerprint, fingerprint
+from shapemorph.pipeline.fingerprints import code_fingerprint, file_fingerprint, fingerprint
 from shapemorph.pipeline.run import Event, Listener, Results
 
 if TYPE_CHECKING:
@@ -94,9 +94,12 @@ class Finished:
 
     def summary(self, results: RunResults) -> dict[str, Any]:
         """Figures of the run."""
+        from shapemorph.pipeline.good_practice import good_practice
         from shapemorph.pipeline.summary import summarise
 
-        return summarise(results, self.results.load("inputs"), self.config, self.seconds)
+        found = summarise(results, self.results.load("inputs"), self.config, self.seconds)
+        noise = self.results.load("noise")
+        return found | {"good_practice": good_practice(found, self.config, noise)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,16 +156,26 @@ def _write_summary(run: Finished, folder: Path) -> None:
 
 
 def _write_report(run: Finished, folder: Path) -> None:
-    from shapemorph.view.report import write_report
+    from shapemorph.view.report import Contents, write_report
 
     summary = json.loads((run.folder / "summary.json").read_text(encoding="utf-8"))
     figures = sorted((run.folder / "figures").glob("*.png")) if run.config.report.figures else []
     settings = {"config": run.config.model_dump(mode="json")}
-    write_report(summary | settings, figures, folder / "report.html")
+    contents = Contents(summary | settings, figures, run.measurement)
+    write_report(contents, folder / "report.html")
 
 
 def _everything(config: RunConfig) -> Any:
     return config.model_dump(mode="json")
+
+
+def _drawn(config: RunConfig) -> Any:
+    return config.report.model_dump(include={"figures"})
+
+
+def _everything_and_noise(config: RunConfig) -> Any:
+    path = config.report.noise
+    return [_everything(config), path and file_fingerprint(path)]
 
 
 _ALL = ("inputs", "flatten", "match", "morph", "correlate", "lift", "spread", "align", "strain")
@@ -176,9 +189,9 @@ OUTPUTS: tuple[Output, ...] = (
         _everything,
         _write_measurement,
     ),
-    Output("figures", _ALL, lambda config: config.report.model_dump(), _write_figures),
-    Output("summary", _ALL, _everything, _write_summary),
-    Output("report", _ALL, _everything, _write_report),
+    Output("figures", _ALL, _drawn, _write_figures),
+    Output("summary", _ALL, _everything_and_noise, _write_summary),
+    Output("report", _ALL, _everything_and_noise, _write_report),
 )
 
 

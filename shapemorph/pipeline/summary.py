@@ -31,6 +31,14 @@ _PACKAGES = (
     *("open3d", "pyvista", "vtk"),
 )
 _OTHER_DISTRIBUTIONS = {"open3d": ("open3d-cpu",)}
+_SPREADS = (
+    *("E1", "E2", "hencky_1", "hencky_2", "area_ratio", "thickness_strain"),
+    *("sigma_E1", "sigma_E2", "sigma_thickness_strain"),
+)
+_DIRECTIONS = (
+    "{:.1%} of the points have none: E1 - E2 is within 3 sigma there, noise drives the two "
+    "values apart, and their sigmas hold for the tensor in fixed axes only"
+)
 _AFTER_THE_SUMMARY = ("write summary", "write report")
 
 
@@ -56,7 +64,7 @@ def summarise(
         ),
         "lift": {"mesh_noise_mm": results.tracked.mesh_noise.tolist()},
         "align": _alignment(results),
-        "strain": _strain(results.field, results.measurement),
+        "strain": _strain(results.field, results.measurement, results.grid.spacing),
         **systematic_figures(results.spread),
         **run_figures(seconds),
     }
@@ -257,19 +265,22 @@ def _alignment(results: RunResults) -> dict[str, Any]:
     return figures
 
 
-def _strain(field: StrainField, measurement: Measurement) -> dict[str, Any]:
+def _strain(field: StrainField, measurement: Measurement, spacing: int) -> dict[str, Any]:
     arrays = measurement.arrays
+    mm_per_px = field.gauge_mm / field.gauge_px
+    ok = arrays["status"] == PointStatus.OK
+    isotropic = float(np.isnan(arrays["direction_1"][ok, 0]).mean()) if ok.any() else 0.0
     return {
         "measure": "Green-Lagrange",
         "window_points": field.window,
+        "window_mm": (field.window - 1) * spacing * mm_per_px,
         "gauge": "(window - 1) * spacing + subset size",
         "gauge_px": field.gauge_px,
         "gauge_mm": field.gauge_mm,
-        "E1": spread(arrays["E1"]),
-        "E2": spread(arrays["E2"]),
-        "thickness_strain": spread(arrays["thickness_strain"]),
-        "sigma_E1": spread(arrays["sigma_E1"]),
-        "sigma_E2": spread(arrays["sigma_E2"]),
+        "facet_gauge_mm": (field.gauge_px - (field.window - 2) * spacing) * mm_per_px,
+        "share_without_direction": isotropic,
+        "directions": _DIRECTIONS.format(isotropic),
+        **{name: spread(arrays[name]) for name in _SPREADS},
     }
 
 

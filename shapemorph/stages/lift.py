@@ -11,7 +11,7 @@ from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.core.surface import TrackedSurface
 from shapemorph.methods.chart_rim import extend_to
-from shapemorph.methods.field_noise import interpolated_noise, position_noise
+from shapemorph.methods.field_noise import interpolated_noise, position_covariance
 from shapemorph.methods.mesh_noise import vertex_noise
 from shapemorph.methods.picture_scale import mm_per_px
 from shapemorph.methods.surface_lookup import locate, positions
@@ -73,24 +73,30 @@ def lift(
         mm_per_px(reference_mesh, reference.chart, before.face),
         mm_per_px(deformed_mesh, deformed.chart, after.face),
     )
-    sigma = position_noise(
+    heights = [
+        interpolated_noise(points.barycentric, vertex_noise=vertex)
+        for points, vertex in ((before, noise[0]), (after, noise[1]))
+    ]
+    deformed_normal = normals_at(normals[1], deformed_mesh.faces, after)
+    covariance = position_covariance(
         scales,
         grid.gradient.reshape(-1, 2, 2),
         grid.sigma_px.reshape(-1, 2),
         sigma_mesh,
-        _sigma_normal(before, after, noise),
+        deformed_normal * heights[1][:, None],
     )
+    variance = np.trace(covariance, axis1=1, axis2=2) + heights[0] ** 2
     return TrackedSurface(
         reference=positions(reference_mesh, before).reshape(*shape, 3),
         deformed=_without(positions(deformed_mesh, after), lost).reshape(*shape, 3),
         reference_normal=normals_at(normals[0], reference_mesh.faces, before).reshape(*shape, 3),
-        deformed_normal=_without(normals_at(normals[1], deformed_mesh.faces, after), lost).reshape(
-            *shape, 3
-        ),
-        sigma_position=_without(sigma, lost).reshape(shape),
+        deformed_normal=_without(deformed_normal, lost).reshape(*shape, 3),
+        sigma_position=_without(np.sqrt(variance / 3), lost).reshape(shape),
         status=status,
         mesh_noise=noise,
         sigma_mesh=_without(sigma_mesh, lost).reshape(*shape, 2),
+        covariance=_without(covariance.reshape(-1, 9), lost).reshape(*shape, 3, 3),
+        sigma_height=_without(heights[0], lost).reshape(shape),
     )
 
 
@@ -129,14 +135,6 @@ def _sigma_mesh(
         averaged_noise(deformed.chart.vertex_px, after, width * scale, vertex_noise=noise[1]),
     ]
     return np.stack(sides, axis=1)
-
-
-def _sigma_normal(before: SurfacePoints, after: SurfacePoints, noise: Floats) -> Floats:
-    """Noise of the distance between both surfaces along the normal, (N,), mm."""
-    return np.hypot(
-        interpolated_noise(before.barycentric, vertex_noise=noise[0]),
-        interpolated_noise(after.barycentric, vertex_noise=noise[1]),
-    )
 
 
 def _determinant(matrices: Floats) -> Floats:

@@ -13,11 +13,11 @@ from shapemorph.core.surface import StrainField, TrackedSurface
 from shapemorph.methods.facet_strain import facet_strain
 from shapemorph.methods.field_noise import overlap_correlation, slope_noise, strain_noise, turned
 from shapemorph.methods.grid_windows import Windows, connected_windows
+from shapemorph.methods.measures import WITHIN_NOISE
 from shapemorph.methods.principal import principal
 from shapemorph.methods.tangent_fit import TangentFit, fit_tangent
 
 _CHUNK_POINTS = 400_000  # window points fitted at a time: bounds memory to some 200 MB
-_WITHIN_NOISE = 3.0  # standard deviations below which a difference says nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +72,7 @@ def strain(tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig)
 
 
 def _nothing(count: int) -> _Points:
-    shapes = [(2, 3), (2, 3), (2, 2), (2, 2), (2,), (3,), (3,), (3,), (2,), ()]
+    shapes = [(2, 3), (2, 3), (2, 2), (2, 2), (2,), (3,), (3,), (3,), (3,), ()]
     return _Points(*(np.full((count, *shape), np.nan) for shape in shapes))
 
 
@@ -98,8 +98,8 @@ def _measure(
     sources = _noise_sources(fit, windows, points.gradient[rows], tracked, grid)
     points.sigma_tensor[rows] = _combined(sources)[:, :3]
     noise = _combined([turned(*source, direction) for source in sources])
-    points.sigma_values[rows] = noise[:, :2]
-    clear = values[:, 0] - values[:, 1] > _WITHIN_NOISE * noise[:, 3]
+    points.sigma_values[rows] = noise[:, [0, 1, 3]]
+    clear = values[:, 0] - values[:, 1] > WITHIN_NOISE * noise[:, 3]
     direction = np.where(clear[:, None], direction, np.nan)
     points.direction[rows] = _in_space(fit.tangent, direction)
     points.direction_deformed[rows] = _unit(fit.gradient @ direction[:, :, None])
@@ -183,6 +183,7 @@ def _field(
         sigma_tensor=points.sigma_tensor.reshape(*shape, 3),
         sigma_e1=points.sigma_values[:, 0].reshape(shape),
         sigma_e2=points.sigma_values[:, 1].reshape(shape),
+        sigma_difference=points.sigma_values[:, 2].reshape(shape),
         facet_tensor=facet_strain(tracked.reference, tracked.deformed),
         window=config.window,
         gauge_px=gauge_px,

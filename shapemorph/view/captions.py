@@ -19,7 +19,8 @@ class Caption:
 
 
 _STRAIN, _DISPLACEMENT, _SHAPES = "Strain", "Displacement", "The two shapes"
-_CHECKS, _FLAT = "Can it be trusted?", "Flattening"
+CHECKS, _FLAT = "Can it be trusted?", "Flattening"
+"""The status of the points is shown under the first."""
 _ALONG = (
     "Displacement {} along the {} axis of the reference file, mm: deformed minus reference "
     "position after alignment, drawn on the deformed shape."
@@ -40,18 +41,18 @@ CAPTIONS = {
         _SHAPES, "The deformed shape with its own pattern, laid into the frame of the reference."
     ),
     "correlation": Caption(
-        _CHECKS,
+        CHECKS,
         "Position of each point in the deformed picture minus that in the reference picture, px; "
         "zero-mean normalised cross-correlation (ZNCC), 1 is best; why points have no value.",
     ),
     "histograms": Caption(
-        _CHECKS, "How strain (no unit), displacement (mm) and correlation spread over the points."
+        CHECKS, "How strain (no unit), displacement (mm) and correlation spread over the points."
     ),
     "matches": Caption(
-        _CHECKS, "Matched features in the two flattened pictures; an even selection is joined."
+        CHECKS, "Matched features in the two flattened pictures; an even selection is joined."
     ),
     "morph": Caption(
-        _CHECKS,
+        CHECKS,
         "A detail of the reference picture, of the deformed picture carried onto it by the warp, "
         "and of both in red and cyan: grey where they agree.",
     ),

@@ -43,16 +43,38 @@ class Measure:
 
 
 _ALONG = "Deformed − reference after alignment, along {} of the reference file."
-_STRAIN = "{} principal value of E = (FᵀF − I)/2 in the tangent plane of the reference."
+_STRAIN = "Principal value of E = (FᵀF − I)/2 in the tangent plane of the reference."
 
 MEASURES = (
     Measure("displacement_u", "u", "Displacement", "mm", _ALONG.format("x"), two_views=False),
     Measure("displacement_v", "v", "Displacement", "mm", _ALONG.format("y"), two_views=False),
     Measure("displacement_w", "w", "Displacement", "mm", _ALONG.format("z"), two_views=False),
     Measure("displacement", "|d|", "Length of displacement", "mm", "|d| = √(u² + v² + w²)."),
-    Measure("E1", "E₁", "Green–Lagrange strain", "–", _STRAIN.format("Larger")),
-    Measure("E2", "E₂", "Green–Lagrange strain", "–", _STRAIN.format("Smaller")),
+    Measure("E1", "E₁", "Larger principal Green–Lagrange strain", "–", _STRAIN),
+    Measure("E2", "E₂", "Smaller principal Green–Lagrange strain", "–", _STRAIN),
 )
+"""Each has a picture in the report."""
+
+_SIGMA = "One standard deviation of the random part."
+FURTHER_MEASURES = (
+    Measure("hencky_1", "ε₁", "Larger principal Hencky strain", "–", "ln λ₁."),
+    Measure("hencky_2", "ε₂", "Smaller principal Hencky strain", "–", "ln λ₂."),
+    Measure(
+        *("thickness_strain", "ε₃", "Thickness strain (Hencky)", "–"),
+        "−(ε₁ + ε₂), for constant volume.",
+    ),
+    Measure(
+        *("sigma_displacement", "σ(u)", "Uncertainty of displacement", "mm"),
+        "One standard deviation of one component, random part.",
+    ),
+    Measure("sigma_E1", "σ(E₁)", "Uncertainty of strain E₁", "–", _SIGMA),
+    Measure("sigma_E2", "σ(E₂)", "Uncertainty of strain E₂", "–", _SIGMA),
+    Measure(
+        *("zncc", "ZNCC", "Correlation of the subsets", "–"),
+        "Zero-mean normalised cross-correlation; 1 is best.",
+    ),
+)
+"""Shown by the interactive view alone."""
 
 
 def measure_values(measurement: Measurement, measure: Measure) -> Floats:

@@ -1,14 +1,23 @@
 """The page that a run ends with: one file that opens anywhere, offline."""
 
 import base64
+import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from shapemorph.core.errors import DataError
-from shapemorph.view.captions import caption_of, report_order
-from shapemorph.view.tables import Table, label_of, section_table, text_of
+from shapemorph.core.measurement import Measurement
+from shapemorph.core.status import PointStatus
+from shapemorph.view.captions import CHECKS, caption_of, report_order
+from shapemorph.view.style import STATUS_COLOURS, STATUS_WORDS
+from shapemorph.view.tables import Table, cell, label_of, section_table
+from shapemorph.view.viewer import viewer_data
 
 _TITLES = {
     "points": "Points and why some have no value",
@@ -27,21 +36,43 @@ _TITLES = {
     "versions": "Versions",
     "config": "Settings",
 }
-_HONOURED = ("verdict", "scorecard")
+_HONOURED = ("verdict", "scorecard", "good_practice")
+_PRACTICE = {
+    "hardware": "Hardware and set-up",
+    "analysis": "Analysis",
+    "flattening and matching": "Flattening and matching",
+    "definitions": "Definitions",
+}
+_GENERAL_TITLE = "Measurement of shape and strain"
+_SCRIPTS = (
+    *("viewer_surface.js", "viewer_webgl.js", "viewer_canvas.js", "viewer_pick.js"),
+    *("viewer_gestures.js", "viewer_words.js", "viewer.js"),
+)
+_ANCHOR = re.compile(r"[^a-z0-9]+")
 
 
-def write_report(summary: dict[str, Any], figures: list[Path], path: Path) -> None:
-    """Write the report of a run as one self-contained HTML page.
+@dataclass(frozen=True, slots=True, eq=False)
+class Contents:
+    """What a report is made of.
 
-    Parameters
+    Attributes
     ----------
     summary : dict
-        What `summary.json` holds. ``verdict`` (``level``, ``reasons``) and ``scorecard``
-        stand on top; every other section becomes a table.
+        What `summary.json` holds, and ``config``. ``verdict`` (``level``, ``reasons``) and
+        ``scorecard`` stand on top; every other section becomes a table.
     figures : list of Path
         PNG files; their names choose caption and place.
-    path : Path
-        The page.
+    measurement : Measurement or None
+        For the interactive view; None: without one.
+    """
+
+    summary: dict[str, Any]
+    figures: list[Path]
+    measurement: Measurement | None = None
+
+
+def write_report(contents: Contents, path: Path) -> None:
+    """Write the report of a run as one self-contained HTML page.
 
     Raises
     ------
@@ -52,18 +83,45 @@ def write_report(summary: dict[str, Any], figures: list[Path], path: Path) -> No
 
     loader = PackageLoader("shapemorph.view", "templates")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    summary, measurement = contents.summary, contents.measurement
     page = environment.get_template("report.html.j2").render(
+        title=_heading(summary),
         subject=_subject(summary),
         verdict=_verdict(summary),
-        scorecard=[
-            (label_of(key), text_of(key, value))
-            for key, value in summary.get("scorecard", {}).items()
-        ],
-        groups=_groups(figures),
+        scorecard=section_table("scorecard", "Scorecard", summary.get("scorecard", {})).rows,
+        statuses=_statuses(summary),
+        groups=_groups(contents.figures),
+        checks=CHECKS,
+        viewer=viewer_data(measurement) if measurement else None,
+        practice=list(_practice(summary)),
         tables=list(_tables(summary)),
         version=summary.get("versions", {}).get("shapemorph", ""),
+        style=_asset("report.css"),
+        script=Markup("\n").join(_asset(name) for name in _SCRIPTS),
     )
     path.write_text(page, encoding="utf-8")
+
+
+def _asset(name: str) -> Markup:
+    """Text of a file beside the templates, which goes into the page as it is."""
+    folder = files("shapemorph.view") / "templates"
+    return Markup((folder / name).read_text(encoding="utf-8"))
+
+
+def _statuses(summary: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Share of the points with each status, for bars; its own colour and number."""
+    points = summary.get("points", {})
+    counts = {k: n for k, n in points.get("statuses", {}).items() if k != "OUTSIDE_MASK"}
+    most = max(counts.values(), default=0)
+    return [
+        {
+            "name": STATUS_WORDS[PointStatus[name]],
+            "colour": STATUS_COLOURS[PointStatus[name]],
+            "count": cell(name, count, f"points/statuses/{name}"),
+            "width": f"{100 * count / most:.3g}%",
+        }
+        for name, count in counts.items()
+    ]
 
 
 def _verdict(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -78,6 +136,17 @@ def _subject(summary: Mapping[str, Any]) -> str:
     inputs = summary.get("inputs", {})
     names = [inputs.get(side, {}).get("name", "") for side in ("reference", "deformed")]
     return " → ".join(str(name) for name in names if name) or "two shapes of one object"
+
+
+def _heading(summary: Mapping[str, Any]) -> str:
+    """Title that the user gave, or a general one."""
+    return summary.get("config", {}).get("report", {}).get("title") or _GENERAL_TITLE
+
+
+def _practice(summary: Mapping[str, Any]) -> Iterable[Table]:
+    """Tables of the Good Practices Guide."""
+    for name, rows in summary.get("good_practice", {}).items():
+        yield section_table(f"good_practice/{name}", _PRACTICE.get(name, name), rows)
 
 
 def _tables(summary: Mapping[str, Any]) -> Iterable[Table]:
@@ -96,6 +165,7 @@ def _groups(figures: Iterable[Path]) -> list[dict[str, Any]]:
     return [
         {
             "title": title,
+            "anchor": _ANCHOR.sub("-", title.lower()).strip("-"),
             "figures": [
                 {"name": path.stem, "source": _data_uri(path), "text": caption.text}
                 for caption, path in members

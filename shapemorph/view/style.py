@@ -7,6 +7,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys
 from shapemorph.core.status import PointStatus
+from shapemorph.view.colour_maps import DIVERGING, SEQUENTIAL, colour_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +57,7 @@ class ColourScale:
     Attributes
     ----------
     name : str
-        Of a matplotlib colour map: viridis for magnitudes, RdBu_r around zero.
+        Of a colour map: viridis for magnitudes, blue-red around zero.
     low, high : float
         Values of the first and the last colour; values beyond have the same ones.
     beyond : str
@@ -70,21 +71,21 @@ class ColourScale:
 
     def colours(self, values: Floats) -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
         """Colours (N, 3) in [0, 255] of values (N,); grey where NaN."""
-        import matplotlib as mpl
+        from matplotlib.colors import to_rgb
 
-        table = mpl.colormaps[self.name].with_extremes(bad=BARE)
-        share = (values - self.low) / (self.high - self.low)
-        rgb: np.ndarray[tuple[int, int], np.dtype[np.uint8]] = table(
-            np.ma.masked_invalid(share), bytes=True
-        )[:, :3]
-        return rgb
+        table = colour_table(self.name)
+        known = np.isfinite(values)
+        share = np.where(known, (values - self.low) / (self.high - self.low), 0.0)
+        step = np.clip((share * len(table)).astype(np.int64), 0, len(table) - 1)
+        bare = np.round(255 * np.array(to_rgb(BARE))).astype(np.uint8)
+        return np.where(known[:, None], table[step], bare)
 
     @property
     def map(self) -> "Colormap":
-        """The matplotlib colour map."""
-        import matplotlib as mpl
+        """The same as a matplotlib colour map."""
+        from matplotlib.colors import ListedColormap
 
-        return mpl.colormaps[self.name]
+        return ListedColormap(colour_table(self.name) / 255.0, self.name)
 
 
 def colour_scale(values: Floats, shown: Floats | None = None) -> ColourScale:
@@ -99,15 +100,15 @@ def colour_scale(values: Floats, shown: Floats | None = None) -> ColourScale:
     """
     finite = values[np.isfinite(values)]
     if finite.size == 0:
-        return ColourScale("viridis", 0.0, 1.0, "neither")
+        return ColourScale(SEQUENTIAL, 0.0, 1.0, "neither")
     low, high = (float(p) for p in np.percentile(finite, [0.5, 99.5]))
     size = max(abs(low), abs(high))
     if high - low <= 1e-9 * (1 + size):
         room = 0.01 * size if size > 1e-9 else 1.0
-        return ColourScale("viridis", low - room, high + room, "neither")
-    name = "viridis"
+        return ColourScale(SEQUENTIAL, low - room, high + room, "neither")
+    name = SEQUENTIAL
     if min(-low, high) > 0.05 * size:
-        low, high, name = -size, size, "RdBu_r"
+        low, high, name = -size, size, DIVERGING
     return ColourScale(name, low, high, _beyond(finite if shown is None else shown, low, high))
 
 

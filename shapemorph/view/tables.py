@@ -1,5 +1,6 @@
 """A summary as tables that people read: labels with units, numbers with sense."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,6 +19,24 @@ _LONG = 12
 
 
 @dataclass(frozen=True, slots=True)
+class Cell:
+    """A value as people read it, and where it comes from.
+
+    Attributes
+    ----------
+    text : str
+    path : str
+        Keys of the summary that lead to the value, joined by slashes; empty: no value.
+    exact : str
+        The value in full, as JSON.
+    """
+
+    text: str
+    path: str = ""
+    exact: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Table:
     """Rows of text.
 
@@ -26,13 +45,13 @@ class Table:
     title : str
     columns : tuple of str
         Headings of the value columns; empty where there is one without a heading.
-    rows : tuple of (str, tuple of str)
+    rows : tuple of (str, tuple of Cell)
         Label and values.
     """
 
     title: str
     columns: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[str, ...]], ...]
+    rows: tuple[tuple[str, tuple[Cell, ...]], ...]
 
 
 def section_table(name: str, title: str, section: Any) -> Table:
@@ -42,26 +61,32 @@ def section_table(name: str, title: str, section: Any) -> Table:
     anything beside them follows in rows of its own.
     """
     if not isinstance(section, Mapping) or _is_spread(section):
-        return Table(title, (), ((label_of(name), (text_of(name, section),)),))
+        return Table(title, (), ((label_of(name), (cell(name, section, name),)),))
     sides = [name for name in ("reference", "deformed") if isinstance(section.get(name), Mapping)]
     if len(sides) < 2:
-        return Table(title, (), tuple((label, (text,)) for label, text in _rows(section)))
-    columns = [dict(_rows(section[name])) for name in sides]
+        return Table(title, (), tuple((label, (one,)) for label, one in _rows(section, name)))
+    columns = [dict(_rows(section[side], f"{name}/{side}")) for side in sides]
     labels = list(dict.fromkeys(label for column in columns for label in column))
-    rows = [(label, tuple(column.get(label, "") for column in columns)) for label in labels]
-    rest = {name: value for name, value in section.items() if name not in sides}
-    rows += [(label, (text, "")) for label, text in _rows(rest)]
+    rows = [(label, tuple(column.get(label, Cell("")) for column in columns)) for label in labels]
+    rest = {key: value for key, value in section.items() if key not in sides}
+    rows += [(label, (one, Cell(""))) for label, one in _rows(rest, name)]
     return Table(title, tuple(sides), tuple(rows))
 
 
-def _rows(section: Mapping[str, Any], prefix: str = "") -> list[tuple[str, str]]:
-    """Flatten a nested section into labels and texts."""
-    rows: list[tuple[str, str]] = []
+def cell(key: str, value: Any, path: str) -> Cell:
+    """Write a value, and keep it in full."""
+    return Cell(text_of(key, value), path, json.dumps(value, ensure_ascii=False))
+
+
+def _rows(section: Mapping[str, Any], path: str, prefix: str = "") -> list[tuple[str, Cell]]:
+    """Flatten a nested section into labels and cells."""
+    rows: list[tuple[str, Cell]] = []
     for key, value in section.items():
+        here = f"{path}/{key}"
         if isinstance(value, Mapping) and not _is_spread(value):
-            rows += _rows(value, f"{prefix}{key.replace('_', ' ')}: ")
+            rows += _rows(value, here, f"{prefix}{key.replace('_', ' ')}: ")
         else:
-            rows.append((prefix + label_of(key), text_of(key, value)))
+            rows.append((prefix + label_of(key), cell(key, value, here)))
     return rows
 
 

@@ -5,8 +5,16 @@ import pytest
 import pyvista
 
 from shapemorph.cli import main
-from shapemorph.io.measurement_files import read_csv, read_vtp
-from shapemorph.io.quantities import CALIBRATED, FLATTENED, MATCHES, QUANTITIES, REFERENCE, WARP
+from shapemorph.io.measurement_files import read_csv, read_facets, read_vtp
+from shapemorph.io.quantities import (
+    CALIBRATED,
+    FACET_ARRAYS,
+    FLATTENED,
+    MATCHES,
+    QUANTITIES,
+    REFERENCE,
+    WARP,
+)
 
 
 @pytest.fixture(scope="session")
@@ -35,6 +43,15 @@ def test_the_csv_holds_exactly_the_listed_columns_with_their_values(measured, fi
             np.testing.assert_allclose(columns[column], expected, rtol=1e-9, err_msg=column)
 
 
+def test_the_facets_hold_exactly_the_listed_arrays(measured, field):
+    facets = read_facets(measured / "facets.vtp")
+    assert set(facets.arrays) == set(FACET_ARRAYS)
+    assert len(facets.corners) == 2 * len(field.cells)
+    assert facets.corners.max() < len(field.reference)
+    around = field.arrays["area_ratio"][facets.corners].mean(axis=1)  # fit and facet agree
+    assert np.median(np.abs(facets.arrays["area_ratio"] - around)) < 0.02
+
+
 def test_formulas_of_derived_arrays_hold(field):
     a = field.arrays
     np.testing.assert_allclose(a["stretch_1"], np.sqrt(1 + 2 * a["E1"]), rtol=1e-12)
@@ -57,6 +74,7 @@ def test_export_writes_the_arrays_of_the_vtp_beside_it(measured, field, capsys):
     with np.load(path, allow_pickle=False) as archive:
         np.testing.assert_array_equal(archive["points"], field.reference)
         np.testing.assert_array_equal(archive["E1"], field.arrays["E1"])
+        assert len(archive["facets"]) == len(archive["facet_E1"]) == 2 * len(field.cells)
     path.unlink()
 
 

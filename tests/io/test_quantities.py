@@ -21,7 +21,8 @@ def test_the_page_is_the_one_that_the_table_makes():
 def test_every_column_with_a_unit_names_it():
     for quantity in (REFERENCE, *QUANTITIES):
         for column in quantity.columns:
-            unit = column.rpartition("_")[2] if column.endswith(("_mm", "_px")) else "1"
+            named = column.endswith(("_mm", "_px", "_rad"))
+            unit = column.rpartition("_")[2] if named else "1"
             assert unit == quantity.unit, column
 
 

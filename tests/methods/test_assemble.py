@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,35 +7,15 @@ from shapemorph.config import StrainConfig
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.status import PointStatus
 from shapemorph.core.surface import Alignment, TrackedSurface
+from shapemorph.io.quantities import FACET_ARRAYS, QUANTITIES
 from shapemorph.methods.assemble import assemble_measurement
 from shapemorph.methods.charts.ownership import Ownership
+from shapemorph.methods.facet_strain import triangle_strain
+from shapemorph.methods.principal import principal
 from shapemorph.stages.strain import strain
 
 TURN = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 SHIFT = np.array([5.0, 6, 7])
-NAMES = [
-    "status",
-    "chart",
-    "deformed_position",
-    "displacement",
-    "reference_px",
-    "deformed_px",
-    "E1",
-    "E2",
-    "hencky_1",
-    "hencky_2",
-    "stretch_1",
-    "stretch_2",
-    "direction_1",
-    "direction_1_deformed",
-    "thickness_strain",
-    "anisotropy",
-    "zncc",
-    "iterations",
-    "sigma_displacement",
-    "sigma_E1",
-    "sigma_E2",
-]
 
 
 def case(normal=1.0):
@@ -89,7 +71,7 @@ def measurement():
 
 
 def test_arrays_have_the_names_of_the_contract_and_a_row_each(measurement):
-    assert list(measurement.arrays) == NAMES
+    assert set(measurement.arrays) == {quantity.name for quantity in QUANTITIES}
     assert len(measurement.reference) == 9 * 11  # the column outside the mask has no rows
     assert measurement.arrays["status"].dtype == np.uint8
     assert measurement.arrays["chart"].dtype == np.int64
@@ -189,3 +171,32 @@ def test_positions_are_those_in_the_picture_of_the_page():
     np.testing.assert_allclose(moved, np.broadcast_to([100.0, 0.0], moved.shape))
     moved = whole.arrays["deformed_px"] - found.arrays["deformed_px"]
     np.testing.assert_allclose(moved[np.isfinite(moved[:, 0])][0], [7.0, 0.0])
+
+
+def test_facets_have_the_strain_of_the_sheet_and_turn_the_way_of_the_quads(measurement):
+    facets = measurement.facets
+    assert len(facets.corners) == 2 * len(measurement.cells)
+    assert set(facets.arrays) == set(FACET_ARRAYS)
+    np.testing.assert_allclose(facets.arrays["stretch_1"], 2, rtol=1e-12)
+    np.testing.assert_allclose(facets.arrays["engineering_2"], 0.5, rtol=1e-12)
+    for sign in (1.0, -1.0):
+        found = assemble_measurement(*case(sign))
+        corners = found.reference[found.facets.corners]
+        sides = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        assert (np.cross(*sides)[:, 2] * sign > 0).all()
+
+
+def test_every_facet_has_the_strain_of_its_own_corners():
+    grid, tracked, alignment, _, ownership = case()
+    rng = np.random.default_rng(2)
+    moved = replace(tracked, deformed=tracked.deformed + rng.normal(size=(9, 12, 3)) * 0.1)
+    field = strain(moved, grid, StrainConfig())
+    for normal in (1.0, -1.0):
+        turned = replace(moved, reference_normal=normal * tracked.reference_normal)
+        found = assemble_measurement(grid, turned, alignment, field, ownership)
+        tensor = triangle_strain(
+            found.reference, found.arrays["deformed_position"], found.facets.corners
+        )
+        values, _ = principal(tensor)
+        np.testing.assert_allclose(found.facets.arrays["E1"], values[:, 0], atol=1e-12)
+        np.testing.assert_allclose(found.facets.arrays["E2"], values[:, 1], atol=1e-12)

@@ -1,7 +1,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from shapemorph.methods.facet_strain import facet_strain
+from shapemorph.methods.facet_strain import facet_strain, triangle_strain
+from shapemorph.methods.principal import principal
 
 
 def oblique_grid(rows: int, cols: int) -> np.ndarray:
@@ -47,3 +48,19 @@ def test_facet_without_area_has_no_strain():
     found = facet_strain(reference, oblique_grid(3, 3))
     assert np.isnan(found[0, 0, 0]).any()  # corners (0,0) (0,1) (1,1): two coincide
     assert np.isfinite(found[0, 0, 1]).all()  # corners (0,0) (1,1) (1,0) do not
+
+
+def test_triangles_of_finite_elements_have_their_stretches():
+    rng = np.random.default_rng(8)
+    nodes = rng.normal(size=(300, 3))
+    faces = rng.integers(0, 300, size=(500, 3))
+    faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
+    moved = nodes @ np.diag([4.0, 0.3, 1.5]) + 0.2 * rng.normal(size=nodes.shape)
+    # oracle: shape functions of the linear triangle, F = sum of x_i grad N_i, singular values
+    corners = nodes[faces]
+    shape_gradients = np.linalg.pinv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
+    gradients = np.concatenate([-shape_gradients.sum(axis=1, keepdims=True), shape_gradients], 1)
+    deformation = np.einsum("fki,fkj->fij", moved[faces], gradients)
+    stretches = np.linalg.svd(deformation, compute_uv=False)[:, :2]
+    found = principal(triangle_strain(nodes, moved, faces))[0]
+    np.testing.assert_allclose(np.sqrt(1 + 2 * found), stretches, atol=1e-9, rtol=1e-9)

@@ -8,7 +8,7 @@ from shapemorph.core.surface import TrackedSurface
 from shapemorph.methods.field_noise import (
     interpolated_noise,
     overlap_correlation,
-    position_noise,
+    position_covariance,
     strain_noise,
 )
 from shapemorph.stages.strain import strain
@@ -39,17 +39,16 @@ def test_noise_of_position_adds_pictures_and_both_meshes_along_and_across():
     reference = np.array([[[0.1, 0.0], [0.0, 0.1], [0.0, 0.0]]])
     deformed = np.array([[[0.2, 0.0], [0.0, 0.0], [0.0, 0.1]]])
     gradient = np.array([[[1.5, 0.0], [0.0, 1.0]]])
-    found = position_noise(
+    found = position_covariance(
         (reference, deformed),
         gradient,
         np.array([[0.03, 0.05]]),
         np.array([[0.002, 0.003]]),
-        np.array([0.007]),
+        np.array([[0.0, 0.007, 0.0]]),
     )
-    matched = (0.2 * 0.03) ** 2 + (0.1 * 0.05) ** 2
-    carried = (3.0**2 + 1.0**2) * 0.002**2  # the surface is stretched by 3 and by 1
-    expected = np.sqrt((matched + carried + 2 * 0.003**2 + 0.007**2) / 3)
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    along = (0.2 * 0.03) ** 2 + (3 * 0.002) ** 2 + 0.003**2  # the surface is stretched by 3
+    other = (0.1 * 0.05) ** 2 + 0.002**2 + 0.003**2
+    np.testing.assert_allclose(found[0], np.diag([along, 0.007**2, other]), atol=1e-18)
 
 
 def test_interpolation_between_three_vertices_averages_their_noise():

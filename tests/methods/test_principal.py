@@ -1,6 +1,13 @@
 import numpy as np
+import pytest
 
-from shapemorph.methods.principal import hencky_of, principal, stretch_of
+from shapemorph.methods.principal import (
+    almansi_of,
+    engineering_of,
+    hencky_of,
+    principal,
+    stretch_of,
+)
 
 
 def test_principal_values_and_direction_agree_with_an_eigenvalue_solver():
@@ -29,12 +36,15 @@ def test_missing_tensor_has_missing_principal_values():
 def test_doubled_length_is_known_by_every_measure():
     assert stretch_of(np.array(1.5)) == 2
     np.testing.assert_allclose(hencky_of(np.array(1.5)), np.log(2), rtol=1e-15)
+    assert engineering_of(np.array(1.5)) == 1
+    assert almansi_of(np.array(1.5)) == 0.375
 
 
-def test_tiny_strain_keeps_its_digits_as_hencky_strain():
-    np.testing.assert_allclose(hencky_of(np.array(1e-12)), 1e-12, rtol=1e-11)
+@pytest.mark.parametrize("measure", [hencky_of, engineering_of, almansi_of])
+def test_tiny_strain_keeps_its_digits_in_every_measure(measure):
+    np.testing.assert_allclose(measure(np.array(1e-12)), 1e-12, rtol=1e-11)
 
 
-def test_strain_of_vanished_length_is_missing_not_infinite():
-    assert np.isnan(stretch_of(np.array([-0.5, -0.7]))).all()
-    assert np.isnan(hencky_of(np.array([-0.5, -0.7]))).all()
+@pytest.mark.parametrize("measure", [stretch_of, hencky_of, engineering_of, almansi_of])
+def test_strain_of_vanished_length_is_missing_not_infinite(measure):
+    assert np.isnan(measure(np.array([-0.5, -0.7]))).all()

@@ -156,7 +156,7 @@ def _field(grid, x, y):
     rows, columns = lost.shape
     return StrainField(
         frames, frames, tensor, tensor, e1, e2, direction, direction,
-        np.repeat(sigma[..., None], 3, axis=-1), sigma, sigma,
+        np.repeat(sigma[..., None], 3, axis=-1), sigma, sigma, sigma,
         np.zeros((rows - 1, columns - 1, 2, 2, 2)), 5, 45.0, 4.5,
     )  # fmt: skip
 
@@ -169,6 +169,7 @@ def _measurement(tracked, grid, field):
     whole = (grid.status.ravel()[cells] == PointStatus.OK).all(axis=1)
     arrays = {
         "status": grid.status.ravel(),
+        "reference_px": grid.reference_px.reshape(-1, 2),
         "deformed_position": tracked.deformed.reshape(-1, 3),
         "displacement": aligned - reference,
         "E1": field.e1.ravel(),

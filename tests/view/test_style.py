@@ -7,7 +7,7 @@ from shapemorph.view.style import STATUS_COLOURS, STATUS_WORDS, colour_scale, re
 
 def test_scale_is_centred_on_zero_where_both_signs_matter():
     scale = colour_scale(np.linspace(-3, 1, 2001))
-    assert scale.name == "RdBu_r"
+    assert scale.name == "blue-red"
     assert scale.low == -scale.high
     assert scale.high == pytest.approx(2.98, abs=0.01)
 

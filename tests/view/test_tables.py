@@ -1,8 +1,13 @@
+import json
 import math
 
 import pytest
 
 from shapemorph.view.tables import label_of, section_table, text_of
+
+
+def _texts(table):
+    return tuple((label, tuple(cell.text for cell in cells)) for label, cells in table.rows)
 
 
 @pytest.mark.parametrize(
@@ -47,7 +52,7 @@ def test_two_sides_become_two_columns_and_the_rest_follows():
         {"reference": {"flips": 0, "method": "bff"}, "deformed": {"flips": 3}, "size_mm": 7.5},
     )
     assert table.columns == ("reference", "deformed")
-    assert table.rows == (
+    assert _texts(table) == (
         ("flips", ("0", "3")),
         ("method", ("bff", "")),
         ("size, mm", ("7.5", "")),
@@ -56,19 +61,25 @@ def test_two_sides_become_two_columns_and_the_rest_follows():
 
 def test_nested_parts_keep_their_name():
     table = section_table("points", "Points", {"statuses": {"OK": 5, "OUTLIER": 1}})
-    assert table.rows == (("statuses: OK", ("5",)), ("statuses: OUTLIER", ("1",)))
+    assert _texts(table) == (("statuses: OK", ("5",)), ("statuses: OUTLIER", ("1",)))
 
 
 def test_a_single_figure_is_a_table_too():
-    assert section_table("peak_memory_mb", "Memory", 812.3).rows == (
-        ("peak memory, MB", ("812.3",)),
-    )
+    table = section_table("peak_memory_mb", "Memory", 812.3)
+    assert _texts(table) == (("peak memory, MB", ("812.3",)),)
 
 
 def test_percentiles_of_one_quantity_are_one_row():
     table = section_table("displacement_mm", "Displacement", {"median": 0.5, "max": 2.0})
-    assert table.rows == (("displacement, mm", ("median 0.5  (max: 2)",)),)
+    assert _texts(table) == (("displacement, mm", ("median 0.5  (max: 2)",)),)
 
 
 def test_long_lists_are_cut_with_their_length():
     assert "(100 in all)" in text_of("residuals_mm", [0.5] * 100)
+
+
+def test_cells_keep_their_value_in_full_and_where_it_stands():
+    table = section_table("strain", "Strain", {"E1": {"median": 1 / 3}, "reference": {"a": None}})
+    (_, (median,)), (_, (missing,)) = table.rows
+    assert (median.path, json.loads(median.exact)) == ("strain/E1", {"median": 1 / 3})
+    assert (missing.path, missing.text, missing.exact) == ("strain/reference/a", "–", "null")

@@ -68,6 +68,32 @@ def truth_of_material(truth: Truth, material: Floats) -> TruthPoints:
     return _evaluate(truth_map(truth), material, poses, truth.damage)
 
 
+def true_tensor(truth: Truth, reference: Floats, basis: Floats) -> Floats:
+    """Find the true strain in given bases of the reference file.
+
+    Parameters
+    ----------
+    truth : Truth
+    reference : (N, 3)
+        Points of the reference file, mm.
+    basis : (N, 2, 3)
+        Vectors that lie (nearly) in the surface there.
+
+    Returns
+    -------
+    (N, 2, 2)
+        Green-Lagrange strain of the material point nearest to each, in the basis.
+    """
+    mapped = truth_map(truth)
+    body = truth.reference_pose.inverse()
+    material = nearest_material(mapped, body.apply(reference))
+    before, after = mapped.reference(material)[1], mapped.deformed(material)[1]
+    inside = body.rotate(basis) @ np.swapaxes(np.linalg.pinv(before), 1, 2)
+    change = np.swapaxes(after, 1, 2) @ after - np.swapaxes(before, 1, 2) @ before
+    tensor: Floats = inside @ change @ np.swapaxes(inside, 1, 2) / 2
+    return tensor
+
+
 def random_material(truth: Truth, count: int, *, inset: float, seed: int) -> Floats:
     """Material coordinates (count, 2), even in area on the reference, `inset` mm off the rim."""
     mapped = truth_map(truth)

@@ -11,6 +11,7 @@ from shapemorph.methods.synthetic.sides import random_pose
 from shapemorph.methods.synthetic.truth import (
     make_truth,
     random_material,
+    true_tensor,
     truth_at,
     truth_of_material,
 )
@@ -46,6 +47,24 @@ def test_positions_are_those_of_the_map_carried_by_the_poses():
     back = truth.deformed_pose.inverse().apply(exact.deformed)
     assert_allclose(back, mapped.deformed(material)[0], atol=1e-10)
     assert not np.allclose(truth.reference_pose.rotation, truth.deformed_pose.rotation)
+
+
+@pytest.mark.parametrize("shape", ["dome", "freeform", "tube"])
+def test_the_true_tensor_has_the_true_principal_values_in_any_basis(shape):
+    truth = _truth(shape)
+    exact = truth_of_material(truth, random_material(truth, 40, inset=1.0, seed=4))
+    step = 1e-4
+    near = [
+        truth_of_material(truth, exact.material + step * np.eye(2)[k]).reference for k in range(2)
+    ]
+    edges = np.stack([(point - exact.reference) / step for point in near], axis=1)
+    basis = np.swapaxes(np.linalg.qr(np.swapaxes(edges, 1, 2))[0], 1, 2)
+    tensor = true_tensor(truth, exact.reference, basis)
+    values = np.linalg.eigvalsh(tensor)
+    assert_allclose(values, np.stack([exact.e2, exact.e1], axis=1), atol=1e-4)
+    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    turned = true_tensor(truth, exact.reference, turn @ basis)
+    assert_allclose(turned, turn @ tensor @ turn.T, atol=1e-10)
 
 
 @pytest.mark.parametrize("shape", ["rigid", "hole", "freeform"])

@@ -1,0 +1,1 @@
+"""Calibration of cameras, and what can be measured with calibrated ones."""
