@@ -15,6 +15,7 @@ from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.errors import DataError
 from shapemorph.core.image import GreyImage
 from shapemorph.methods.colour_content import CHANNELS, gradient_content
+from shapemorph.methods.png_encoding import png_bytes
 
 PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".webp", ".tga")
 
@@ -110,17 +111,14 @@ def write_grey_png(path: Path, grey: Greys, mask: Bools) -> None:
     mask : (H, W)
         Pixels that mean something.
     """
-    from PIL import Image
-
     if grey.shape != mask.shape or grey.ndim != 2:
         raise DataError(f"grey and mask must have one shape (H, W), got {grey.shape}, {mask.shape}")
     levels = np.where(mask, np.clip(grey, 0.0, 1.0) * 255.0 + 0.5, 0.0).astype(np.uint8)
-    picture = Image.fromarray(levels)
-    if not mask.all():
-        picture.putalpha(Image.fromarray(np.where(mask, 255, 0).astype(np.uint8)))
+    opacity = np.where(mask, 255, 0).astype(np.uint8)
+    channels = [levels] if mask.all() else [levels, opacity]
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
-        picture.save(partial, format="PNG")
+        partial.write_bytes(png_bytes(np.stack(channels, axis=2)))
         partial.replace(path)
     except OSError as error:
         partial.unlink(missing_ok=True)

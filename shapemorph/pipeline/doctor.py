@@ -39,12 +39,18 @@ _LIBRARIES = {
 }
 
 _RENDER = """
-from shapemorph.view.render import import_pyvista
-pyvista = import_pyvista()
-plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
-plotter.add_mesh(pyvista.Sphere())
-picture = plotter.screenshot(return_img=True)
-assert picture is not None and picture.size and picture.std() > 1, "the picture is blank"
+import numpy as np
+from shapemorph.core.errors import StageError
+from shapemorph.view.camera import View
+from shapemorph.view.render import Scene
+corners, (_, up, toward) = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.eye(3)
+view = View(toward, up)
+try:
+    with Scene() as scene:
+        scene.add_coloured(corners, np.array([[0, 1, 2]]))
+        scene.picture(view, scene.frame(view, width=64, height=64))
+except StageError as error:
+    raise SystemExit(str(error).partition(": run")[0])
 """
 
 _OPEN3D = """

@@ -122,29 +122,37 @@ def measure(
     plan = make_plan(config, inputs, store, record, until=until, force=force)
     if not plan.outdated and not plan.due:
         return _outcome(folder, plan)
-    if plan.outdated:
-        inputs.check_beside_meshes()
-    with _clean_start(folder, store):
-        record.open()
-        _remove_obsolete(record, plan)
-        run = Finished(config, folder, results, {})
-        due = [output for output in plan.due if output.name == "run.yaml"]
-        _write(due, run, record, plan, listener)
-        with run.drawing(wanted=any(output.name == "figures" for output in plan.due)):
-            with showing_failed_match(folder, lambda: _flattened(results)):
-                run_stages(
-                    plan.stages,
-                    sections(config),
-                    results,
-                    store,
-                    plan.outdated,
-                    _drawing_too(run, listener),
-                )
-            run.seconds.update(_seconds(store, record))
-            run.all_reached()
-            due = [output for output in plan.due if output.name != "run.yaml"]
-            _write(due, run, record, plan, listener)
+    run = Finished(config, folder, results, {})
+    figures = any(output.name == "figures" for output in plan.due)
+    with run.drawing(wanted=figures):  # loads what draws while this loads what measures
+        if plan.outdated:
+            inputs.check_beside_meshes()
+        with _clean_start(folder, store):
+            _bring_up_to_date(plan, run, store, record, listener)
     return _outcome(folder, plan)
+
+
+def _bring_up_to_date(
+    plan: Plan, run: Finished, store: RunStore, record: OutputRecord, listener: Listener
+) -> None:
+    """Run the stages and write the outputs of a plan."""
+    record.open()
+    _remove_obsolete(record, plan)
+    first = [output for output in plan.due if output.name == "run.yaml"]
+    _write(first, run, record, plan, listener)
+    with showing_failed_match(run.folder, lambda: _flattened(run.results)):
+        run_stages(
+            plan.stages,
+            sections(run.config),
+            run.results,
+            store,
+            plan.outdated,
+            _drawing_too(run, listener),
+        )
+    run.seconds.update(_seconds(store, record))
+    run.all_reached()
+    rest = [output for output in plan.due if output.name != "run.yaml"]
+    _write(rest, run, record, plan, listener)
 
 
 def report(config: RunConfig, folder: Path, *, listener: Listener) -> Outcome:

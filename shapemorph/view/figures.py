@@ -1,9 +1,10 @@
 """The figures of a run, as files."""
 
-import io
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from shapemorph.core.flattened import FlattenedPair, FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
@@ -13,6 +14,7 @@ from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.results import RunResults
+from shapemorph.methods.png_encoding import png_bytes
 from shapemorph.view.maps import (
     correlation_figure,
     distortion_figure,
@@ -20,6 +22,7 @@ from shapemorph.view.maps import (
 )
 from shapemorph.view.plots import histograms_figure, matches_figure, morph_figure
 from shapemorph.view.style import DPI
+from shapemorph.view.window import Pixels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,9 +39,14 @@ def write_distortion_figure(name: str, surface: FlattenedSurface, folder: Path) 
 def encoded(figures: Named) -> Iterator[tuple[str, bytes]]:
     """Turn figures into the content of PNG files, each as soon as it is drawn."""
     for name, figure in figures:
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=DPI, pil_kwargs={"compress_level": 2})
-        yield name, buffer.getvalue()
+        yield name, png_bytes(drawn(figure), per_inch=DPI)
+
+
+def drawn(figure: "Figure") -> Pixels:
+    """Draw a figure, (H, W, 3)."""
+    canvas: Any = figure.canvas
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3]
 
 
 def write_pictures(pictures: Iterable[tuple[str, bytes]], folder: Path) -> None:

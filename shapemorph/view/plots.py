@@ -177,8 +177,8 @@ def _draw_histogram(axes: "Axes", values: Floats, label: str) -> None:
     axes.axvline(median, color=DEFORMED_COLOUR, linewidth=2)
     axes.locator_params(axis="x", nbins=6)
     axes.set_yscale("log", subs=[])  # most of a specimen often hardly moves
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylim(bottom=0.8 * 100 / values.size)
     axes.set_ylabel("% of the points", fontsize=SMALL, color=INK)
-    axes.set_title(
-        f"median {median:.4g},  1 % {low:.4g},  99 % {high:.4g}", fontsize=SMALL, loc="left"
-    )
+    title = f"median {median:.4g},  1 % {low:.4g},  99 % {high:.4g}"
+    axes.set_title(title, fontsize=SMALL, loc="left", y=1.0)

@@ -1,9 +1,6 @@
-"""Pictures of shapes, rendered off screen."""
+"""Pictures of shapes, rendered off screen by VTK itself: pyvista takes a second to load."""
 
-import ctypes
-import ctypes.util
-import os
-import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
@@ -11,21 +8,22 @@ from typing import Any, Self
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Greys, Ints
-from shapemorph.core.errors import StageError
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.view.camera import Frame, View, fit_frame
-from shapemorph.view.style import BARE, PAPER, ColourScale, reduced
+from shapemorph.view.style import BARE, PAPER, ColourScale, reduced, rgb_of
+from shapemorph.view.window import Pixels, open_window, read_pixels, require_picture
 
-Pixels = np.ndarray[tuple[int, int, int], np.dtype[np.uint8]]
-
-_WINDOW, _EGL = "VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow"
 MAX_TEXTURE = 2048
 """Larger textures are reduced to this width: pictures of shapes are smaller still."""
+SAMPLE = 10_000
+"""Faces that tell how densely a texture lies on a mesh."""
 FINEST = 1200
 """Texels along the size of a shape that a picture of it can show; more are averaged."""
 LIFT_SHARE = 0.01
 """The bare surface lies this share of its size behind the measured one, so that they do not
 shimmer through each other; in parallel projection that moves nothing sideways."""
+AMBIENT, DIFFUSE = 0.75, 0.25
+"""Light shows the form of a surface and changes its colours little."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,69 +40,6 @@ class Picture:
     mm_per_px: float
 
 
-ADVICE = "run `shapemorph doctor` to see what is missing, or set report.figures to false"
-
-
-def import_pyvista() -> Any:
-    """Import pyvista such that it asks for no screen.
-
-    VTK reads the variable when it opens a window: through EGL it renders in software
-    and does not complain about a missing X server.
-    """
-    if sys.platform.startswith("linux"):
-        os.environ.setdefault(_WINDOW, _EGL)
-    import pyvista
-
-    return pyvista
-
-
-def open_window() -> Any:
-    """Open a pyvista plotter off screen, unless rendering in it would end the process.
-
-    Where EGL or its driver is missing, VTK falls back to OSMesa and crashes at the first
-    picture when that is missing too.
-
-    Raises
-    ------
-    StageError
-        There is no OpenGL to draw with.
-    """
-    pyvista = import_pyvista()
-    wants_egl = os.environ.get(_WINDOW) == _EGL
-    if wants_egl and not _loads("libEGL.so.1"):
-        raise StageError(f"expected OpenGL to draw pictures, found no libEGL.so.1: {ADVICE}")
-    plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64), lighting="none")
-    kind = plotter.render_window.GetClassName()
-    if kind == "vtkOSOpenGLRenderWindow" and ctypes.util.find_library("OSMesa") is None:
-        raise StageError(f"expected OpenGL to draw pictures, found no driver: {ADVICE}")
-    return plotter
-
-
-def _loads(library: str) -> bool:
-    """Whether the system has a shared library."""
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
-
-
-def require_picture(pixels: Pixels | None, name: str) -> Pixels:
-    """Return the pixels of a screenshot, unless there is nothing to see.
-
-    Raises
-    ------
-    StageError
-        Off-screen rendering gave nothing or one colour only: VTK does so, without an
-        error, where the system has no OpenGL.
-    """
-    if pixels is None or pixels.size == 0:
-        raise StageError(f"expected a rendered picture of {name}, got none: {ADVICE}")
-    if (pixels == pixels[0, 0]).all():
-        raise StageError(f"expected a rendered picture of {name}, got a blank one: {ADVICE}")
-    return pixels
-
-
 class Scene:
     """A shape in front of a camera; use it in a ``with`` block, which closes the window.
 
@@ -112,14 +47,19 @@ class Scene:
     """
 
     def __init__(self) -> None:
+        self._window = open_window()
+        from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
+
         self._name = "nothing"
         self._bare: Any = None
         self._corners: list[Floats] = []
-        self._plotter = open_window()
-        self._plotter.background_color = PAPER
-        self._plotter.render_window.SetMultiSamples(0)  # three times faster in software
-        self._plotter.add_light(import_pyvista().Light(light_type="headlight"))
-        self._plotter.enable_parallel_projection()
+        self._renderer = vtkRenderer()
+        self._renderer.SetBackground(*rgb_of(PAPER))
+        self._renderer.GetActiveCamera().ParallelProjectionOn()
+        light = vtkLight()
+        light.SetLightTypeToHeadlight()
+        self._renderer.AddLight(light)
+        self._window.AddRenderer(self._renderer)
 
     def __enter__(self) -> Self:
         return self
@@ -130,55 +70,56 @@ class Scene:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._plotter.close()
+        self._window.Finalize()
 
     def clear(self, name: str) -> None:
         """Take everything out to make room for what messages then call `name`."""
-        self._plotter.clear_actors()
+        self._renderer.RemoveAllViewProps()
         self._name, self._bare, self._corners = name, None, []
 
     def add_coloured(self, points: Floats, cells: Ints) -> "Painter":
         """Add a surface of triangles or quads with a colour per point, to be painted."""
-        surface = _polydata(points, cells)
-        surface["colour"] = np.zeros((len(points), 3), dtype=np.uint8)
-        self._add_mesh(surface, scalars="colour", rgb=True, smooth_shading=True)
+        surface = _with_normals(_polydata(points, cells))
+        colours = np.zeros((len(points), 3), dtype=np.uint8)
+        surface.GetPointData().SetScalars(_array(colours))
+        self._add(surface)
         self._corners.append(points[np.unique(cells)])
-        return Painter(surface)
+        return Painter(surface, colours)
 
     def add_bare(self, points: Floats, faces: Ints) -> None:
         """Add a surface of triangles in plain grey, behind everything else and not framed."""
-        surface = _polydata(points, faces)
-        self._bare = self._add_mesh(surface, color=BARE, smooth_shading=True)
+        self._bare = self._add(_with_normals(_polydata(points, faces)))
+        self._bare.GetProperty().SetColor(*rgb_of(BARE))
 
     def add_textured(self, mesh: TexturedMesh) -> None:
         """Add a mesh with its own grey pattern."""
-        corners = mesh.vertices[mesh.faces].reshape(-1, 3)
-        triangles = np.arange(len(corners)).reshape(-1, 3)
         self._corners.append(mesh.vertices)
         if not mesh.has_texture:
-            surface = _polydata(corners, triangles)
-            surface["grey"] = np.repeat((255 * mesh.corner_grey.reshape(-1, 1)), 3, axis=1).astype(
-                np.uint8
-            )
-            self._add_mesh(surface, scalars="grey", rgb=True)
+            corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+            surface = _polydata(corners, np.arange(len(corners)).reshape(-1, 3))
+            grey = (255 * mesh.corner_grey.reshape(-1, 1)).astype(np.uint8)
+            surface.GetPointData().SetScalars(_array(np.repeat(grey, 3, axis=1)))
+            self._add(surface).GetProperty().SetInterpolationToFlat()
             return
-        for index, texture in enumerate(mesh.textures):
-            chosen = mesh.face_texture == index
-            if chosen.any():
-                surface = _polydata(
-                    mesh.vertices[mesh.faces[chosen]].reshape(-1, 3),
-                    triangles[: np.count_nonzero(chosen)],
-                )
-                surface.active_texture_coordinates = mesh.wedge_uv[chosen].reshape(-1, 2)
-                shown = reduced(texture, _longest(mesh, chosen, texture))
-                self._add_mesh(surface, texture=_texture(shown))
+        for chosen, texture in _parts(mesh):
+            points, uv, faces = joined_corners(mesh, chosen)
+            surface = _polydata(points, faces)
+            surface.GetPointData().SetTCoords(_array(uv))
+            actor = self._add(surface)
+            actor.SetTexture(_texture(reduced(texture, _longest(mesh, chosen, texture))))
+            actor.GetProperty().SetInterpolationToFlat()
 
-    def _add_mesh(self, surface: Any, **look: Any) -> Any:
-        """Add a surface to the scene; light shows its form and changes colours little."""
-        light = {"ambient": 0.75, "diffuse": 0.25, "specular": 0.0, "smooth_shading": False}
-        return self._plotter.add_mesh(
-            surface, show_scalar_bar=False, render=False, **(light | look)
-        )
+    def _add(self, surface: Any) -> Any:
+        """Add a surface to the scene."""
+        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+        mapper, actor = vtkPolyDataMapper(), vtkActor()
+        mapper.SetInputData(surface)
+        actor.SetMapper(mapper)
+        actor.GetProperty().SetAmbient(AMBIENT)
+        actor.GetProperty().SetDiffuse(DIFFUSE)
+        self._renderer.AddActor(actor)
+        return actor
 
     def frame(self, view: View, *, width: int, height: int) -> Frame:
         """Choose the window of at most the given size, px, that all but the bare surface fills."""
@@ -194,54 +135,119 @@ class Scene:
         """
         extent = float(np.ptp(np.concatenate(self._corners), axis=0).max())
         if self._bare is not None:
-            self._bare.position = tuple(-LIFT_SHARE * extent * view.toward)
-        plotter, camera = self._plotter, self._plotter.camera
-        plotter.render_window.SetSize(frame.width, frame.height)  # the setter would render
-        camera.focal_point = tuple(frame.centre)
-        camera.position = tuple(frame.centre + 4 * extent * view.toward)
-        camera.up = tuple(view.up)
-        camera.parallel_scale = 0.5 * frame.height * frame.mm_per_px
-        camera.clipping_range = (extent, 7 * extent)
-        plotter.render()
-        pixels = plotter.screenshot(return_img=True)
-        return Picture(require_picture(pixels, self._name), frame.mm_per_px)
+            self._bare.SetPosition(*(-LIFT_SHARE * extent * view.toward))
+        self._window.SetSize(frame.width, frame.height)
+        camera = self._renderer.GetActiveCamera()
+        camera.SetFocalPoint(*frame.centre)
+        camera.SetPosition(*(frame.centre + 4 * extent * view.toward))
+        camera.SetViewUp(*view.up)
+        camera.SetParallelScale(0.5 * frame.height * frame.mm_per_px)
+        camera.SetClippingRange(extent, 7 * extent)
+        self._window.Render()
+        return Picture(require_picture(read_pixels(self._window), self._name), frame.mm_per_px)
 
 
 class Painter:
     """Gives a surface that stands in a scene its colours."""
 
-    def __init__(self, surface: Any) -> None:
+    def __init__(
+        self, surface: Any, colours: np.ndarray[tuple[int, int], np.dtype[np.uint8]]
+    ) -> None:
         self._surface = surface
+        self._colours = colours
 
     def paint(self, values: Floats, scale: ColourScale) -> None:
         """Colour the points by values (N,); grey where NaN."""
-        self._surface["colour"][:] = scale.colours(values)
-        self._surface.Modified()
+        self._colours[:] = scale.colours(values)
+        self._surface.GetPointData().GetScalars().Modified()
+
+
+def joined_corners(mesh: TexturedMesh, chosen: Bools) -> tuple[Floats, Floats, Ints]:
+    """Make one point of the corners of some faces where vertex and place in the texture agree.
+
+    Returns
+    -------
+    points : (N, 3)
+        Those of all vertices first.
+    uv : (N, 2)
+    faces : (M, 3)
+    """
+    vertex, wedges = mesh.faces[chosen].ravel(), mesh.wedge_uv[chosen].reshape(-1, 2)
+    uv = np.zeros((len(mesh.vertices), 2))
+    uv[vertex] = wedges  # of several the last
+    apart = np.flatnonzero((uv[vertex] != wedges).any(axis=1))
+    corner = vertex.copy()
+    corner[apart] = len(uv) + np.arange(len(apart))
+    points = np.concatenate([mesh.vertices, mesh.vertices[vertex[apart]]])
+    return points, np.concatenate([uv, wedges[apart]]), corner.reshape(-1, 3)
+
+
+def _parts(mesh: TexturedMesh) -> Iterator[tuple[Bools, Greys]]:
+    """Yield the faces under each texture that is in use, and the texture."""
+    for index, texture in enumerate(mesh.textures):
+        chosen: Bools = mesh.face_texture == index
+        if chosen.any():
+            yield chosen, texture
 
 
 def _longest(mesh: TexturedMesh, chosen: Bools, texture: Greys) -> int:
     """Width, px, to which a texture may be reduced before a picture of the mesh shows it."""
-    corners, uv = mesh.vertices[mesh.faces[chosen]], mesh.wedge_uv[chosen]
+    some = np.flatnonzero(chosen)
+    some = some[:: 1 + len(some) // SAMPLE]
+    corners, uv = mesh.vertices[mesh.faces[some]], mesh.wedge_uv[some]
     sides, flat = corners[:, 1:] - corners[:, :1], uv[:, 1:] - uv[:, :1]
     area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
-    share = 0.5 * np.abs(np.linalg.det(flat)).sum()
+    share = 0.5 * np.abs(flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] * flat[:, 1, 0]).sum()
     if not (area > 0 and share > 0):
         return MAX_TEXTURE
     texels_across = mesh.size * np.sqrt(share * texture.size / area)
     return min(MAX_TEXTURE, int(np.ceil(max(texture.shape) * FINEST / texels_across)))
 
 
+def _array(values: np.ndarray) -> Any:
+    """Make the VTK array that shares the memory of values (N, C)."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    return numpy_to_vtk(values)
+
+
 def _polydata(points: Floats, cells: Ints) -> Any:
     """Make the VTK surface of triangles (M, 3) or quads (M, 4)."""
-    pyvista = import_pyvista()
-    return pyvista.PolyData.from_regular_faces(points, cells)
+    from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+    places, polygons, surface = vtkPoints(), vtkCellArray(), vtkPolyData()
+    places.SetData(_array(np.ascontiguousarray(points)))
+    corners = np.ascontiguousarray(cells.ravel(), dtype=np.int64)
+    polygons.SetData(cells.shape[1], numpy_to_vtkIdTypeArray(corners))
+    surface.SetPoints(places)
+    surface.SetPolys(polygons)
+    return surface
+
+
+def _with_normals(surface: Any) -> Any:
+    """Give a surface a normal per point, so that it is shaded as a smooth one."""
+    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(surface)
+    normals.SplittingOff()
+    normals.ConsistencyOff()
+    normals.Update()
+    return normals.GetOutput()
 
 
 def _texture(grey: Greys) -> Any:
     """Make the VTK texture of a grey picture, smooth where it is drawn smaller."""
-    pyvista = import_pyvista()
-    levels = np.clip(255 * grey + 0.5, 0, 255).astype(np.uint8)
-    texture = pyvista.Texture(np.repeat(levels[..., None], 3, axis=2))
-    texture.interpolate = True
-    texture.mipmap = True
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkRenderingCore import vtkTexture
+
+    levels = np.clip(255 * grey[::-1] + 0.5, 0, 255).astype(np.uint8)
+    image, texture = vtkImageData(), vtkTexture()
+    image.SetDimensions(levels.shape[1], levels.shape[0], 1)
+    image.GetPointData().SetScalars(_array(levels.ravel()))
+    texture.SetInputData(image)
+    texture.InterpolateOn()
+    texture.MipmapOn()
     return texture

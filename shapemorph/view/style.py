@@ -88,6 +88,11 @@ class ColourScale:
         return ListedColormap(colour_table(self.name) / 255.0, self.name)
 
 
+def rgb_of(colour: str) -> tuple[float, ...]:
+    """Red, green and blue, 0 to 1, of a colour written as #rrggbb."""
+    return tuple(int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+
+
 def colour_scale(values: Floats, shown: Floats | None = None) -> ColourScale:
     """Fit a scale to values: the middle 99 %, around zero where both signs matter.
 
@@ -143,7 +148,9 @@ def place_axes(figure: "Figure", left: float, top: float, width: float, height: 
     """Add axes to a figure, all in px from its upper left corner."""
     across, down = figure.get_size_inches() * DPI
     box = (left / across, 1 - (top + height) / down, width / across, height / down)
-    return figure.add_axes(box)
+    axes = figure.add_axes(box)
+    axes.set_title("", y=1.0)  # else each drawing measures all labels to keep titles off them
+    return axes
 
 
 def place_pixels(

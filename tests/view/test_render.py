@@ -1,4 +1,3 @@
-import ctypes
 import ctypes.util
 import sys
 
@@ -10,7 +9,7 @@ from shapemorph.core.errors import StageError
 from shapemorph.core.mesh import coloured_mesh, textured_mesh
 from shapemorph.view import render
 from shapemorph.view.camera import View
-from shapemorph.view.render import Scene, require_picture
+from shapemorph.view.render import Scene, joined_corners
 from shapemorph.view.style import ColourScale
 
 FROM_ABOVE = View(np.array([0.0, 0, 1]), np.array([0.0, 1, 0]))
@@ -113,14 +112,13 @@ def test_nothing_in_the_picture_is_an_error_that_names_the_doctor(scene):
         scene.picture(away, lost)
 
 
-def test_no_screenshot_at_all_is_the_same_error():
-    with pytest.raises(StageError, match="shapemorph doctor"):
-        require_picture(None, "a plate")
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is of Linux")
-def test_a_machine_without_egl_gets_a_message_not_a_crash(monkeypatch):
-    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    monkeypatch.setattr(render, "_loads", lambda library: library != "libEGL.so.1")
-    with pytest.raises(StageError, match=r"found no libEGL\.so\.1: run `shapemorph doctor`"):
-        Scene()
+def test_corners_are_one_point_where_vertex_and_place_in_the_texture_agree():
+    uv = (SQUARE[:, :2] / [3, 2])[HALVES]
+    uv[1, 1] += 0.25  # a seam at one corner of the second face
+    mesh = textured_mesh(
+        SQUARE, HALVES, uv, np.zeros(2, int), (np.ones((4, 4), np.float32),), name="seam"
+    )
+    points, places, faces = joined_corners(mesh, np.array([True, True]))
+    assert len(points) == 5
+    assert_allclose(points[faces], SQUARE[HALVES])
+    assert_allclose(places[faces], uv)
