@@ -8,6 +8,8 @@ MOST_SHEAR = 3.0
 """Anisotropy of a flattening beyond which strain along one direction is coarser than it looks."""
 Finding = tuple[str, str]
 
+_MOST_RANDOM = 0.1  # px, of the points that are least certain; a few are off by four times as much
+
 _SMALLEST_MM, _LARGEST_MM = 1.0, 10_000.0
 _LONGEST_GAUGE = 0.2  # of the object: fewer than five gauges across show no field
 _LARGEST_MOTION = 0.5  # of the object, in the middle: landmarks of another unit or frame
@@ -65,6 +67,17 @@ def _alike(sections: Mapping[str, Any]) -> Iterator[Finding]:
     zncc = sections["correlate"]["zncc"]["median"]
     if zncc < 0.85:
         yield WARN, f"the patterns agree poorly: median ZNCC {zncc:.2f}, expected 0.85 or more"
+
+
+def _certain(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    sigma = sections["correlate"]["sigma_px"]["p95"]
+    if sigma > _MOST_RANDOM:
+        yield (
+            WARN,
+            f"5 % of the points have random errors of {sigma:.2f} px or more of the deformed side: "
+            "noise, blur or a very large stretch leave too little pattern in a subset; a larger "
+            "correlate.subset_size or a finer texture helps",
+        )
 
 
 def _flat(sections: Mapping[str, Any]) -> Iterator[Finding]:
@@ -138,6 +151,6 @@ def _likely_landmarks(sections: Mapping[str, Any]) -> Iterator[Finding]:
 
 
 _RULES = (
-    *(_likely_size, _enough_points, _sound_warp, _close_matches, _alike),
+    *(_likely_size, _enough_points, _sound_warp, _close_matches, _alike, _certain),
     *(_flat, _short_gauge, _aligned, _likely_landmarks),
 )

@@ -147,7 +147,7 @@ EVEN = {"method": "bff", "flips": 0, "texels_per_px": 1, "anisotropy": {"p95": 1
 GOOD = {
     "points": {"total": 1000, "ok": 990, "ok_share": 0.99, "statuses": {"OK": 990, "OUTLIER": 10}},
     "match": {"fold_share": 0.0, "residual_px": 0.4},
-    "correlate": {"subset_size_px": 21, "zncc": {"median": 0.97}},
+    "correlate": {"subset_size_px": 21, "zncc": {"median": 0.97}, "sigma_px": {"p95": 0.03}},
     "flatten": {"reference": {**EVEN, "texels_per_px": 1.3}},
     "inputs": {"reference_size": 70.0},
     "strain": {"gauge_mm": 4.3},
@@ -173,6 +173,7 @@ def test_a_sound_run_passes_without_reasons():
         (_with("match", fold_share=0.02), "WARN", "folds over on 2.00%"),
         (_with("match", residual_px=9.0), "WARN", "scatter by 9.0 px"),
         (_with("correlate", zncc={"median": 0.7}), "WARN", "median ZNCC 0.70"),
+        (_with("correlate", sigma_px={"p95": 0.16}), "WARN", "random errors of 0.16 px"),
         (_with("flatten", deformed=EVEN | {"flips": 3}), "WARN", "3 triangles"),
         (_with("flatten", deformed=EVEN | {"texels_per_px": 0.4}), "WARN", "0.40 texels"),
         (_with("flatten", deformed=EVEN | {"anisotropy": {"p95": 8.9}}), "WARN", "8.9 : 1"),
