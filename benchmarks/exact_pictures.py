@@ -1,8 +1,8 @@
 """Pictures of a speckle that is known exactly, before and after motions that are known exactly.
 
 The pattern is a sum of Gaussian blobs, one at a random place of each cell, softly squeezed
-between black and white. What is called the size of the speckle is the diameter on which a
-blob has fallen to 1/e. Pixels are averages of 4 x 4 samples, in whole levels of 255.
+between black and white. The size of the speckle is the diameter of a blob at half its height.
+Pixels are averages of 4 x 4 samples, in whole levels of 255.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from shapemorph.core.image import GreyImage
 
 SIZE, SPACING, SUPERSAMPLES = 1000, 8, 4
 CELL = 0.8  # distance of the blobs of the pattern, one in each cell, in speckles
-WIDTH = 0.5 / np.sqrt(2)  # standard deviation of a blob, in speckles: 1/e half a speckle away
+WIDTH = 0.5 / np.sqrt(2 * np.log(2))  # standard deviation of a blob, in speckles
 CELLS = 1024  # along each side, after which the pattern repeats: seen in no picture
 SPECKLE = 4.5  # px
 CENTRE = np.array([SIZE / 2, SIZE / 2])
