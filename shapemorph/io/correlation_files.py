@@ -1,6 +1,6 @@
 """Result files of a correlation between two pictures: correlation.csv and correlation.npz."""
 
-import csv
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,9 @@ import numpy as np
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.planar import PlanarStrain
 from shapemorph.io.safe_files import whole_file
-from shapemorph.methods.planar_results import planar_table
+from shapemorph.methods.planar_results import Table, planar_table
+
+ROWS = 10_000  # of the table that are turned into text at once
 
 
 def write_correlation(folder: Path, grid: CorrelationGrid, strain: PlanarStrain) -> list[Path]:
@@ -30,11 +32,9 @@ def write_correlation(folder: Path, grid: CorrelationGrid, strain: PlanarStrain)
     """
     table = planar_table(grid, strain)
     csv_path, npz_path = folder / "correlation.csv", folder / "correlation.npz"
-    with whole_file(csv_path) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(table)
-        columns = [_as_text(column) for column in table.values()]
-        writer.writerows(zip(*columns, strict=True))
+    with whole_file(csv_path) as partial, partial.open("wb") as stream:
+        stream.write(",".join(table).encode() + b"\r\n")
+        stream.writelines(_rows(table))
     sizes = {
         "spacing": np.array(grid.spacing),
         "subset_size": np.array(grid.subset_size),
@@ -46,8 +46,12 @@ def write_correlation(folder: Path, grid: CorrelationGrid, strain: PlanarStrain)
     return [csv_path, npz_path]
 
 
-def _as_text(column: np.ndarray[tuple[int, ...], np.dtype[np.generic]]) -> list[str]:
-    """Shortest text that reads back as the same number; nothing for a missing one."""
-    if column.dtype.kind != "f":
-        return [str(value) for value in column.tolist()]
-    return ["" if value != value else repr(value) for value in column.tolist()]  # noqa: PLR0124
+def _rows(table: Table) -> Iterator[bytes]:
+    """Rows of the table: shortest text that reads back as the same number, or nothing."""
+    from pydantic_core import to_json
+
+    columns = list(table.values())
+    for start in range(0, len(columns[0]), ROWS):
+        some = [column[start : start + ROWS].tolist() for column in columns]
+        text = to_json(list(zip(*some, strict=True)), inf_nan_mode="null")[2:-2]
+        yield text.replace(b"],[", b"\r\n").replace(b"null", b"") + b"\r\n"

@@ -6,6 +6,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Bools, Codes, Floats, Ints
 from shapemorph.core.status import PointStatus
+from shapemorph.kernels.components import connect
 from shapemorph.kernels.neighbours import predict_from_neighbours
 from shapemorph.methods.threads import run_blocks
 
@@ -126,9 +127,6 @@ def _islands(
     position: Floats, gradient: Floats, status: Codes, *, spacing: int, floor: float
 ) -> Bools:
     """Small groups of points, each joined to neighbours that it agrees with."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     usable = status == PointStatus.OK
     number = np.full(usable.shape, -1)
     number[usable] = np.arange(np.count_nonzero(usable))
@@ -140,8 +138,7 @@ def _islands(
     total = int(number.max(initial=-1)) + 1
     if total == 0:
         return np.zeros(usable.shape, dtype=bool)
-    graph = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(total, total))
-    _count, label = connected_components(graph, directed=False)
+    _count, label = connect(first, second, total)
     size = np.bincount(label)
     tried = np.count_nonzero(status != PointStatus.OUTSIDE_MASK)
     small = size < (MIN_ISLAND if tried >= FEW_POINTS else min(MIN_ISLAND, size.max()))

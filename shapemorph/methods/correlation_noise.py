@@ -82,16 +82,16 @@ def _without_noisy_slopes(
     The squared slopes of the reference contain those of its own noise, which the deformed
     picture does not share; half of the residual's variance is taken for it.
     """
-    from scipy.ndimage import uniform_filter
+    import cv2
 
     turn = 2 * np.pi * np.fft.fftfreq(256)
     gain = float(np.mean((3.0 * np.sin(turn) / (2.0 + np.cos(turn))) ** 2))
     place = tuple((points + reference.pad).T[::-1])
-    size = 2 * radius + 1
-    seen = uniform_filter(reference.inside, size)[place]
+    size = (2 * radius + 1, 2 * radius + 1)
+    seen = cv2.blur(reference.inside, size)[place]
     factors = np.empty((len(points), 2))
     for k in range(2):
-        squares = uniform_filter(reference.planes[1 + k] ** 2 * reference.inside, size)[place]
+        squares = cv2.blur(reference.planes[1 + k] ** 2 * reference.inside, size)[place]
         share = 0.5 * gain * noise * seen / np.maximum(squares, 1e-12)
         factors[:, k] = 1.0 / (1.0 - np.clip(share, 0.0, MOST_NOISY))
     return factors
@@ -192,14 +192,18 @@ def _every_other(shape: tuple[int, ...]) -> Bools:
 
 def _average(products: Floats, pairs: Floats, seen: Bools, usable: Bools) -> Floats:
     """(N, K) autocovariance of the residuals seen around each usable point."""
-    from scipy.ndimage import gaussian_filter
+    import cv2
 
+    width = 2 * round(3.0 * AVERAGED) + 1
     noise = np.empty((np.count_nonzero(usable), products.shape[1]))
     everywhere = pairs.sum(axis=0)
     for k in range(products.shape[1]):
         sums = np.zeros((2, *seen.shape))
         sums[0][seen], sums[1][seen] = products[:, k], pairs[:, k]
-        total, number = (gaussian_filter(each, AVERAGED, truncate=3.0)[usable] for each in sums)
+        total, number = (
+            cv2.GaussianBlur(each, (width, width), AVERAGED, borderType=cv2.BORDER_REFLECT)[usable]
+            for each in sums
+        )
         whole = products[:, k].sum() / max(everywhere[k], 1.0)
         noise[:, k] = np.where(number > 1e-3, total / np.maximum(number, 1e-3), whole)
     return noise
@@ -266,10 +270,8 @@ def _fitted_images(planes: Greys, inside: Bools, radius: int, order: int) -> Flo
 
 def _autocorrelation(images: Floats, reach: int) -> Floats:
     """Sum over images of image[i] image[i + lag], lag zero at the centre."""
-    import scipy.fft
-
     size = (images.shape[1] + reach, images.shape[2] + reach)
-    power = (np.abs(scipy.fft.rfft2(images, size)) ** 2).sum(axis=0)
-    lags = scipy.fft.irfft2(power, size)
+    power = (np.abs(np.fft.rfft2(images, size)) ** 2).sum(axis=0)
+    lags = np.fft.irfft2(power, size)
     steps = np.arange(-reach, reach + 1)
     return np.asarray(lags[np.ix_(steps, steps)])

@@ -1,5 +1,7 @@
 """Whether two pictures lie so near each other that subsets find their way without features."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats
@@ -9,8 +11,12 @@ from shapemorph.core.status import PointStatus
 from shapemorph.methods.contrast import even_contrast
 from shapemorph.methods.laws.identity import identity_warp
 from shapemorph.methods.repetition import find_repeat
-from shapemorph.methods.speckle import speckle_size
-from shapemorph.methods.spline_pictures import prepare_deformed, prepare_reference
+from shapemorph.methods.spline_pictures import (
+    DeformedPicture,
+    ReferencePicture,
+    prepare_deformed,
+    prepare_reference,
+)
 from shapemorph.methods.subset_dic import (
     SubsetSettings,
     affine_starts,
@@ -30,9 +36,32 @@ STD_PER_WIDTH, WINDOW = 0.42, 12.0  # standard deviation of a speckle; of which 
 NO_PATTERN = (PointStatus.LOW_CONTRAST, PointStatus.LEFT_IMAGE, PointStatus.OUTSIDE_MASK)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class NearStart:
+    """Where subsets of one picture begin to look for their matches in another.
+
+    Attributes
+    ----------
+    warp : Warp
+        Reference -> deformed.
+    source : ReferencePicture
+    target : DeformedPicture
+        The two pictures, padded for subsets of the size that was tried.
+    """
+
+    warp: Warp
+    source: ReferencePicture
+    target: DeformedPicture
+
+
 def near_start(
-    reference: GreyImage, deformed: GreyImage, *, settings: SubsetSettings, min_zncc: float
-) -> Warp | None:
+    reference: GreyImage,
+    deformed: GreyImage,
+    *,
+    speckle: float,
+    settings: SubsetSettings,
+    min_zncc: float,
+) -> NearStart | None:
     """Find an affine warp from which nearly all of some sample subsets match.
 
     First no motion is tried, then a map through the shifts of large tiles. Of a pattern
@@ -41,6 +70,8 @@ def near_start(
     Parameters
     ----------
     reference, deformed : GreyImage
+    speckle : float
+        Size of a speckle of the reference, px; NaN if not known.
     settings : SubsetSettings
         As for the correlation.
     min_zncc : float
@@ -48,16 +79,26 @@ def near_start(
 
     Returns
     -------
-    Warp or None
-        Reference -> deformed; None where features have to be matched.
+    NearStart or None
+        None where features have to be matched.
     """
-    if _repeats(reference):
+    if np.isfinite(speckle) and _repeats(reference, speckle):
         return None
+    start = start_from(identity_warp(reference.shape), reference, deformed, settings=settings)
+    pictures = start.source, start.target, reference.mask
     still = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    found = _leads(reference, deformed, still, settings, min_zncc)
+    found = _leads(*pictures, still, settings, min_zncc)
     if found is None and (rough := _tile_shifts(reference, deformed)) is not None:
-        found = _leads(reference, deformed, rough, settings, min_zncc)
-    return None if found is None else _affine_warp(found, reference.shape)
+        found = _leads(*pictures, rough, settings, min_zncc)
+    return None if found is None else replace(start, warp=_affine_warp(found, reference.shape))
+
+
+def start_from(
+    warp: Warp, reference: GreyImage, deformed: GreyImage, *, settings: SubsetSettings
+) -> NearStart:
+    """Begin where a warp says."""
+    source = prepare_reference(reference, allowed=None, pad=settings.pad)
+    return NearStart(warp, source, prepare_deformed(deformed, pad=settings.pad))
 
 
 def _tile_shifts(reference: GreyImage, deformed: GreyImage) -> Floats | None:
@@ -88,40 +129,34 @@ def _tile_shifts(reference: GreyImage, deformed: GreyImage) -> Floats | None:
     return _fit_affine(np.array(centres)[alike], (np.array(centres) + shifts)[alike])
 
 
-def _repeats(picture: GreyImage) -> bool:
+def _repeats(picture: GreyImage, speckle: float) -> bool:
     """Whether the middle of a picture looks like itself some way off."""
     corner = [max(0, (size - MIDDLE) // 2) for size in picture.shape]
     middle = np.s_[corner[0] : corner[0] + MIDDLE, corner[1] : corner[1] + MIDDLE]
     part = GreyImage(picture.grey[middle], picture.mask[middle])
-    speckle = speckle_size(part.grey, part.mask)
-    if not np.isfinite(speckle):
-        return False
     std = speckle * STD_PER_WIDTH
     pattern = even_contrast(part, window=max(3, round(WINDOW * std)))
     return find_repeat(pattern, std=std) is not None
 
 
 def _leads(
-    reference: GreyImage,
-    deformed: GreyImage,
+    source: ReferencePicture,
+    target: DeformedPicture,
+    mask: Bools,
     affine: Floats,
     settings: SubsetSettings,
     min_zncc: float,
 ) -> Floats | None:
     """Affine map (2, 3) through what sample subsets find from another; None if few do."""
-    step = max(1, round(float(np.sqrt(reference.mask.sum() / POINTS))))
-    grid = grid_points(reference.mask, spacing=step)
+    step = max(1, round(float(np.sqrt(mask.sum() / POINTS))))
+    grid = grid_points(mask, spacing=step)
     points = grid.points[grid.inside]
     if len(points) < LEAST_POINTS:
         return None
     starts = points @ affine[:, :2].T + affine[:, 2]
     slopes = np.broadcast_to(affine[:, :2], (len(points), 2, 2))
     found = match_points(
-        prepare_reference(reference, allowed=None, pad=settings.pad),
-        prepare_deformed(deformed, pad=settings.pad),
-        points,
-        affine_starts(points, starts, slopes),
-        settings=settings,
+        source, target, points, affine_starts(points, starts, slopes), settings=settings
     )
     tried = ~np.isin(found.status, NO_PATTERN)
     good = (found.status == PointStatus.OK) & (found.zncc >= min_zncc)

@@ -28,13 +28,12 @@ def find_repeat(pattern: Pattern, *, std: float) -> Floats | None:
     (2,) or None
         x, y in px; None if the pattern does not repeat.
     """
-    from scipy.fft import irfft2, rfft2
-    from scipy.ndimage import maximum_filter
+    import cv2
 
     shape, lag = pattern.shape, int(FARTHEST * min(pattern.shape))
     inside = pattern.mask.astype(np.float32)
     own, share = (
-        np.roll(irfft2(np.abs(rfft2(part)) ** 2, shape), (lag, lag), axis=(0, 1))
+        np.roll(np.fft.irfft2(np.abs(np.fft.rfft2(part)) ** 2, shape), (lag, lag), axis=(0, 1))
         for part in (pattern.values, inside)
     )
     window = np.s_[: 2 * lag + 1, : 2 * lag + 1]
@@ -45,7 +44,8 @@ def find_repeat(pattern: Pattern, *, std: float) -> Floats | None:
     if not far.any():
         return None
     peak = float(likeness[far].max())
-    summit = (likeness == maximum_filter(likeness, 3)) & far & (likeness >= NEARLY * peak)
+    highest = cv2.dilate(likeness, np.ones((3, 3), np.uint8))
+    summit = (likeness == highest) & far & (likeness >= NEARLY * peak)
     if peak < ALIKE or not summit.any():
         return None
     row, col = min(np.argwhere(summit), key=lambda place: float(((place - lag) ** 2).sum()))

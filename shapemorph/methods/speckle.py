@@ -62,7 +62,7 @@ def tile_widths(grey: Greys, mask: Bools, tiles: Ints) -> Floats:
     some_grey = np.stack([grey[r : r + TILE, c : c + TILE] for r, c in tiles]).astype(np.float64)
     inside = np.stack([mask[r : r + TILE, c : c + TILE] for r, c in tiles]).astype(np.float64)
     correlation, contrast = _autocorrelate(some_grey, inside)
-    radius = np.stack([_half_radius(each) for each in correlation])
+    radius = _half_radius(correlation)
     widths: Floats = 2.0 * np.sqrt((radius**2).mean(axis=1))
     widths[contrast < LEAST_CONTRAST] = np.nan
     return widths
@@ -70,38 +70,44 @@ def tile_widths(grey: Greys, mask: Bools, tiles: Ints) -> Floats:
 
 def _autocorrelate(grey: Floats, inside: Floats) -> tuple[Floats, Floats]:
     """Normalised autocorrelation of masked tiles, lag zero at the centre, and contrast."""
-    import scipy.fft
-
     axes = (1, 2)
     count = inside.sum(axis=axes, keepdims=True)
     centred = (grey - (grey * inside).sum(axis=axes, keepdims=True) / count) * inside
     variance = (centred**2).sum(axis=axes) / count[:, 0, 0]
     size = (2 * grey.shape[1], 2 * grey.shape[2])
-    power = np.abs(scipy.fft.rfft2(centred, size, axes=axes)) ** 2
-    overlap = np.abs(scipy.fft.rfft2(inside, size, axes=axes)) ** 2
-    products = scipy.fft.irfft2(power, size, axes=axes)
-    pairs = np.maximum(scipy.fft.irfft2(overlap, size, axes=axes), 1.0)
+    power = np.abs(np.fft.rfft2(centred, size, axes=axes)) ** 2
+    overlap = np.abs(np.fft.rfft2(inside, size, axes=axes)) ** 2
+    products = np.fft.irfft2(power, size, axes=axes)
+    pairs = np.maximum(np.fft.irfft2(overlap, size, axes=axes), 1.0)
     scale = np.maximum(variance, 1e-30)[:, None, None]
     return np.fft.fftshift(products / pairs / scale, axes=axes), np.sqrt(variance)
 
 
 def _half_radius(correlation: Floats) -> Floats:
-    """Distance at which the autocorrelation first falls below one half, per direction."""
-    from scipy.ndimage import map_coordinates
-
-    height, width = correlation.shape
+    """(K, directions) distance at which each autocorrelation first falls below one half."""
+    height, width = correlation.shape[1:]
     angle = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
     reach = np.arange(STEP, min(height, width) / 4, STEP)
     rows = height // 2 + np.sin(angle)[:, None] * reach
     cols = width // 2 + np.cos(angle)[:, None] * reach
-    values = map_coordinates(correlation, [rows, cols], order=1)
+    values = _between(correlation, rows, cols)
     below = values < 0.5
-    first = np.where(below.any(axis=1), below.argmax(axis=1), len(reach) - 1)
-    before = np.where(first > 0, values[np.arange(DIRECTIONS), first - 1], 1.0)
-    after = values[np.arange(DIRECTIONS), first]
+    first = np.where(below.any(axis=2), below.argmax(axis=2), len(reach) - 1)
+    after = np.take_along_axis(values, first[..., None], axis=2)[..., 0]
+    before = np.take_along_axis(values, np.maximum(first - 1, 0)[..., None], axis=2)[..., 0]
+    before = np.where(first > 0, before, 1.0)
     part = np.clip((before - 0.5) / np.maximum(before - after, 1e-12), 0.0, 1.0)
     radius: Floats = reach[first] - STEP + STEP * part
     return radius
+
+
+def _between(values: Floats, rows: Floats, cols: Floats) -> Floats:
+    """Bilinear interpolation in each of a stack of pictures."""
+    row, col = np.floor(rows).astype(np.int64), np.floor(cols).astype(np.int64)
+    down, right = rows - row, cols - col
+    upper = values[:, row, col] * (1.0 - right) + values[:, row, col + 1] * right
+    lower = values[:, row + 1, col] * (1.0 - right) + values[:, row + 1, col + 1] * right
+    return np.asarray(upper * (1.0 - down) + lower * down)
 
 
 def speckle_size(grey: Greys, mask: Bools) -> float:

@@ -1,13 +1,20 @@
 """Pictures made ready for matching subsets: spline coefficients, slopes, pixels that count."""
 
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.image import GreyImage
+from shapemorph.kernels.pyramid import to_coefficients
 from shapemorph.kernels.vectors import LANES
 
+Pixels = TypeVar("Pixels", Greys, NDArray[np.uint8])
+
+SMOOTH: Greys = np.array([1 / 6, 2 / 3, 1 / 6], dtype=np.float32)  # a cubic B-spline at its knots
+SLOPE: Greys = np.array([-0.5, 0.0, 0.5], dtype=np.float32)  # its derivative there
 RINGS = 4  # the spline prefilter forgets by 0.27 per pixel: 0.5 % after four
 
 
@@ -63,31 +70,32 @@ def prepare_reference(picture: GreyImage, *, allowed: Bools | None, pad: int) ->
     pad : int
         px to add around.
     """
-    coefficients = _spline(extend_grey(picture))
-    smooth_x, smooth_y = _smooth(coefficients, 1), _smooth(coefficients, 0)
-    grey = _smooth(smooth_x, 0)
-    slope_x, slope_y = _differ(smooth_y, 1), _differ(smooth_x, 0)
-    planes = np.stack([_pad(each, pad) for each in (grey, slope_x, slope_y)])
+    grey = extend_grey(picture)
+    coefficients = _spline(grey)
+    planes = _padding(3, grey.shape, pad)
+    inner = (slice(pad, pad + grey.shape[0]), slice(pad, pad + grey.shape[1]))
+    planes[0][inner] = grey
+    planes[1][inner] = _filtered(coefficients, SLOPE, SMOOTH)
+    planes[2][inner] = _filtered(coefficients, SMOOTH, SLOPE)
     inside = shrink(picture.mask)
     if allowed is not None:
         inside &= allowed
-    weights = _pad(inside.astype(np.float32), pad)
-    return ReferencePicture(planes, weights, _count(weights), pad)
+    return ReferencePicture(planes, *_counted(inside, pad), pad)
 
 
 def prepare_deformed(picture: GreyImage, *, pad: int) -> DeformedPicture:
     """Find the spline through the deformed picture and the pixels that count."""
     coefficients = _pad(_spline(extend_grey(picture)), pad)
     _mirror_rim(coefficients, pad)
-    inside = _pad(shrink(picture.mask).astype(np.float32), pad)
-    return DeformedPicture(coefficients, inside, _count(inside))
+    return DeformedPicture(coefficients, *_counted(shrink(picture.mask), pad))
 
 
-def _count(inside: Greys) -> np.ndarray[tuple[int, int], np.dtype[np.int32]]:
-    counts = np.zeros((inside.shape[0] + 1, inside.shape[1] + 1), dtype=np.int32)
-    np.cumsum(inside > 0, axis=0, dtype=np.int32, out=counts[1:, 1:])
-    np.cumsum(counts[1:, 1:], axis=1, out=counts[1:, 1:])
-    return counts
+def _counted(inside: Bools, pad: int) -> tuple[Greys, np.ndarray[Any, np.dtype[np.int32]]]:
+    """Pixels that count, padded, and the number of them above and left of each corner."""
+    import cv2
+
+    padded = _pad(inside.view(np.uint8), pad)
+    return padded.astype(np.float32), cv2.integral(padded, sdepth=cv2.CV_32S)
 
 
 def shrink(mask: Bools) -> Bools:
@@ -104,50 +112,45 @@ def extend_grey(picture: GreyImage) -> Greys:
     Each ring takes the mean of the known neighbours; farther out the grey is the mean of
     the specimen.
     """
-    from scipy.ndimage import uniform_filter
+    import cv2
 
-    known = picture.mask.astype(np.float32)
     if picture.mask.all() or not picture.mask.any():
         return picture.grey
+    known = picture.mask.astype(np.float32)
     grey = np.where(picture.mask, picture.grey, np.float32(0.0))
     for _ in range(RINGS):
-        share = uniform_filter(known, 3, mode="constant")
+        share, total = (
+            cv2.blur(each, (3, 3), borderType=cv2.BORDER_CONSTANT) for each in (known, grey)
+        )
         fresh = (known == 0) & (share > 0.05)
-        grey[fresh] = uniform_filter(grey, 3, mode="constant")[fresh] / share[fresh]
+        grey[fresh] = total[fresh] / share[fresh]
         known[fresh] = 1.0
     grey[known == 0] = picture.grey[picture.mask].mean()
     return grey
 
 
 def _spline(grey: Greys) -> Greys:
-    from scipy.ndimage import spline_filter
-
-    coefficients: Greys = spline_filter(grey, order=3, output=np.float32, mode="mirror")
+    """Coefficients of the interpolating spline, mirrored at the border."""
+    coefficients = np.array(grey, dtype=np.float32, order="C")
+    to_coefficients(coefficients, 0)
     return coefficients
 
 
-def _smooth(values: Greys, axis: int) -> Greys:
-    """Value of a cubic spline at its knots along one axis, mirrored at the ends."""
-    before, after = _neighbours(values, axis)
-    smoothed: Greys = values * np.float32(2 / 3) + (before + after) * np.float32(1 / 6)
-    return smoothed
+def _filtered(coefficients: Greys, along_x: Greys, along_y: Greys) -> Greys:
+    """Value or slope of a spline at its knots, by weights along both axes."""
+    import cv2
+
+    found: Greys = cv2.sepFilter2D(
+        coefficients, cv2.CV_32F, along_x, along_y, borderType=cv2.BORDER_REFLECT_101
+    )
+    return found
 
 
-def _differ(values: Greys, axis: int) -> Greys:
-    """Differentiate a cubic spline at its knots along one axis, mirrored at the ends."""
-    before, after = _neighbours(values, axis)
-    slope: Greys = (after - before) * np.float32(0.5)
-    return slope
+def _padding(planes: int, shape: tuple[int, ...], pad: int) -> Greys:
+    return np.zeros((planes, shape[0] + 2 * pad, shape[1] + 2 * pad + LANES), dtype=np.float32)
 
 
-def _neighbours(values: Greys, axis: int) -> tuple[Greys, Greys]:
-    width = [(0, 0), (0, 0)]
-    width[axis] = (1, 1)
-    wide = np.pad(values, width, mode="reflect")
-    return (wide[:-2], wide[2:]) if axis == 0 else (wide[:, :-2], wide[:, 2:])
-
-
-def _pad(values: Greys, pad: int) -> Greys:
+def _pad(values: Pixels, pad: int) -> Pixels:
     return np.pad(values, ((pad, pad), (pad, pad + LANES)))
 
 
@@ -167,7 +170,9 @@ def detail_length(reference: ReferencePicture) -> float:
 
     The random error of a match is about this length times sqrt((1 - ZNCC^2) / pixels).
     """
-    inside = reference.inside > 0
-    grey, along_x, along_y = (plane[inside].astype(np.float64) for plane in reference.planes)
-    slope = 0.5 * ((along_x**2).mean() + (along_y**2).mean())
-    return float(np.sqrt(grey.var() / max(slope, 1e-12)))
+    import cv2
+
+    inside = (reference.inside > 0).view(np.uint8)
+    (_, spread), *slopes = (cv2.meanStdDev(plane, mask=inside) for plane in reference.planes)
+    slope = 0.5 * sum(float(mean[0, 0] ** 2 + std[0, 0] ** 2) for mean, std in slopes)
+    return float(spread[0, 0] / np.sqrt(max(slope, 1e-12)))

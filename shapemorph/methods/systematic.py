@@ -80,19 +80,26 @@ def shape_bias(position: Floats, usable: Bools, *, spacing: int, radius: int, or
     undermatched subset shape functions", Experimental Mechanics 42 (2002),
     doi:10.1007/BF02410987.
     """
-    from scipy.ndimage import binary_erosion, correlate, distance_transform_edt
+    import cv2
 
     half = max(2, -(-radius // spacing))
     stencil = _bias_stencil(half, spacing, radius, order)
-    whole = binary_erosion(usable, np.ones(stencil.shape, dtype=bool))
+    around = np.ones(stencil.shape, np.uint8)
+    whole = cv2.erode(
+        usable.astype(np.uint8), around, borderType=cv2.BORDER_CONSTANT, borderValue=0
+    ).astype(bool)
     result = np.full(position.shape, np.nan)
     if not whole.any():
         return result
     for k in range(2):
         values = np.where(usable, position[..., k], 0.0)
-        result[..., k] = correlate(values, stencil, mode="nearest")
-    distance, nearest = distance_transform_edt(~whole, return_indices=True)
-    result = np.asarray(result[tuple(nearest)])
+        result[..., k] = cv2.filter2D(values, -1, stencil, borderType=cv2.BORDER_REPLICATE)
+    distance, label = cv2.distanceTransformWithLabels(
+        (~whole).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    place = np.empty(label.max() + 1, dtype=np.int64)
+    place[label[whole]] = np.flatnonzero(whole)
+    result = result.reshape(-1, 2)[place[label]]
     result[~usable | (distance > RIM * len(stencil))] = np.nan
     return result
 

@@ -1,7 +1,9 @@
 """From two plain pictures to the grid that follows one into the other."""
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +16,10 @@ from shapemorph.core.matching import Matches, Warp
 from shapemorph.core.morphed import Morphed
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.law_inputs import read_law_inputs
+
+if TYPE_CHECKING:
+    from shapemorph.methods.near_start import NearStart
+    from shapemorph.methods.subset_dic import SubsetSettings
 
 ENOUGH = 0.9  # of the points that may be expected: fewer, and features are matched
 NEAR_ENOUGH = 0.02  # px: to this the subsets of a near start settle
@@ -73,9 +79,9 @@ def follow_pictures(
         )
     near = None
     if config.morph.law == "warp":
-        warp = clock.run("start", lambda: _near_warp(left, right, config))
-        if warp is not None:
-            near = clock.run("correlate", lambda: correlate_from(left, right, warp, config))
+        start = clock.run("start", lambda: _near_start(left, right, config))
+        if start is not None:
+            near = clock.run("correlate", lambda: _correlate_near(left, right, start, config))
     if near is not None and near.ok_count >= ENOUGH * points_on(left, near.spacing):
         return Followed(near, None)
     try:
@@ -106,10 +112,28 @@ def correlate_from(
     left: GreyImage, right: GreyImage, warp: Warp, config: RunConfig
 ) -> CorrelationGrid | None:
     """Follow points from where a warp says that they are; None if none is found."""
+    from shapemorph.methods.near_start import start_from
+
+    if _is_gentle(warp):
+        start = start_from(warp, left, right, settings=_near_settings(left, config)[0])
+        return _correlate_near(left, right, start, config)
+    morphed = morph_by_warp(left, right, warp)
+    return _if_found(lambda: correlate_pictures(left, right, morphed, config))
+
+
+def _correlate_near(
+    left: GreyImage, right: GreyImage, start: "NearStart", config: RunConfig
+) -> CorrelationGrid | None:
+    """Follow points from a near start; None if none is found."""
+    if not _is_gentle(start.warp):
+        return correlate_from(left, right, start.warp, config)
+    unmoved = Morphed(right, _unmoved(right))
+    return _if_found(lambda: correlate_pictures(left, right, unmoved, config, start))
+
+
+def _if_found(correlate: Callable[[], CorrelationGrid]) -> CorrelationGrid | None:
     try:
-        if not _is_gentle(warp):
-            return correlate_pictures(left, right, morph_by_warp(left, right, warp), config)
-        return correlate_pictures(left, right, Morphed(right, _unmoved(right)), config, warp)
+        return correlate()
     except StageError as error:
         log.info("nothing from a near start: %s", error)
         return None
@@ -122,14 +146,25 @@ def _is_gentle(warp: Warp) -> bool:
     return bool(off < GENTLE)
 
 
-def _near_warp(left: GreyImage, right: GreyImage, config: RunConfig) -> Warp | None:
+def _near_start(left: GreyImage, right: GreyImage, config: RunConfig) -> "NearStart | None":
     from shapemorph.methods.near_start import near_start
-    from shapemorph.methods.subset_choice import choose_subset
-    from shapemorph.methods.subset_dic import SubsetSettings
     from shapemorph.methods.threads import kernel_threads
 
+    settings, speckle = _near_settings(left, config)
+    with kernel_threads(config.correlate.threads):
+        return near_start(
+            left, right, speckle=speckle, settings=settings, min_zncc=config.correlate.min_zncc
+        )
+
+
+def _near_settings(left: GreyImage, config: RunConfig) -> tuple["SubsetSettings", float]:
+    """Settle how the subsets of a start are matched; size of a speckle, px."""
+    from shapemorph.methods.subset_choice import choose_subset
+    from shapemorph.methods.subset_dic import SubsetSettings
+
     given = config.correlate
-    radius = choose_subset(left, subset_size=given.subset_size, spacing=None).subset_size // 2
+    choice = choose_subset(left, subset_size=given.subset_size, spacing=None)
+    radius = choice.subset_size // 2
     settings = SubsetSettings(
         radius=radius,
         order=1,
@@ -138,8 +173,7 @@ def _near_warp(left: GreyImage, right: GreyImage, config: RunConfig) -> Warp | N
         min_inside=given.min_inside,
         max_drift=float(radius),
     )
-    with kernel_threads(given.threads):
-        return near_start(left, right, settings=settings, min_zncc=given.min_zncc)
+    return settings, choice.speckle_px
 
 
 def match_pictures(
@@ -172,7 +206,7 @@ def correlate_pictures(
     right: GreyImage,
     morphed: Morphed,
     config: RunConfig,
-    start: Warp | None = None,
+    start: "NearStart | None" = None,
 ) -> CorrelationGrid:
     """Follow the points of the left picture into the right one."""
     from shapemorph.stages.correlate import correlate

@@ -17,6 +17,7 @@ from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
+from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper
 from shapemorph.methods.propagation import correlate_from_seeds
 from shapemorph.methods.spline_pictures import (
@@ -48,7 +49,7 @@ def correlate(
     morphed: Morphed,
     config: CorrelateConfig,
     region: Bools | None,
-    start: Warp | None = None,
+    start: NearStart | None = None,
 ) -> CorrelationGrid:
     """Follow a regular grid of points from the reference into the deformed picture.
 
@@ -68,9 +69,9 @@ def correlate(
         Section ``correlate`` of the run file.
     region : (H, W) bool or None
         Part of the reference that is measured; None for all of its mask.
-    start : Warp or None
-        Where the first search begins, reference -> `morphed`, which then is the deformed
-        picture itself; None for no motion.
+    start : NearStart or None
+        Where the first search begins in `morphed`, which then is the deformed picture
+        itself; None for no motion.
 
     Raises
     ------
@@ -88,20 +89,24 @@ def correlate(
             "correlate.spacing or enlarge inputs.region"
         )
     with kernel_threads(config.threads):
-        source = prepare_reference(reference, allowed=region, pad=settings.pad)
-        starts = None if start is None else _starts_through(start, grid)
-        seconds = 0.0
-        for renewal in range(config.refinements + 1):
+        if start is None:
+            source = prepare_reference(reference, allowed=region, pad=settings.pad)
             target = prepare_deformed(morphed.image, pad=settings.pad)
-            match = _matcher(config, settings, morphed.image, starts)
-            found = match(source, target, grid)
-            seconds += found.seconds
-            noise = _rough_noise(found, detail_length(source), settings)
-            if starts is not None and _follows(found, noise, grid.spacing, settings):
-                break
-            if renewal < config.refinements:
-                morphed = _renew(morphed.warp, remorph, grid, found, settings, noise)
             starts = None
+        else:
+            source, target = start.source, start.target
+            starts = _starts_through(start.warp, grid)
+        detail, seconds = detail_length(source), 0.0
+        for renewal in range(config.refinements + 1):
+            found = _matcher(config, settings, morphed.image, starts)(source, target, grid)
+            seconds += found.seconds
+            noise = _rough_noise(found, detail, settings)
+            if renewal == config.refinements or (
+                starts is not None and _follows(found, noise, grid.spacing, settings)
+            ):
+                break
+            morphed = _renew(morphed.warp, remorph, grid, found, settings, noise)
+            target, starts = prepare_deformed(morphed.image, pad=settings.pad), None
         if not found.ok.any():
             raise StageError(_nothing(found.status))
         covariance = displacement_covariance(

@@ -5,6 +5,7 @@ import pytest
 
 from shapemorph.core.image import GreyImage
 from shapemorph.methods.near_start import near_start
+from shapemorph.methods.speckle import speckle_size
 from shapemorph.methods.subset_dic import SubsetSettings
 from shapemorph.methods.synthetic.planar import Exposure, planar_speckle, take_picture
 from shapemorph.methods.warping import warp_points
@@ -26,7 +27,8 @@ def picture(matrix=((1.0, 0.0), (0.0, 1.0)), shift=(0.0, 0.0), seed=3):
 
 
 def start(first, second):
-    return near_start(first, second, settings=SETTINGS, min_zncc=0.7)
+    speckle = speckle_size(first.grey, first.mask)
+    return near_start(first, second, speckle=speckle, settings=SETTINGS, min_zncc=0.7)
 
 
 def test_a_small_motion_needs_no_features():
@@ -36,7 +38,7 @@ def test_a_small_motion_needs_no_features():
 @pytest.mark.parametrize("shift", [(17.3, -9.8), (-24.0, 21.0)])
 def test_a_farther_shift_is_found_by_large_tiles(shift):
     matrix = np.array([[1.01, 0.004], [-0.003, 0.992]])
-    warp = start(picture(), picture(matrix, shift, seed=4))
+    warp = start(picture(), picture(matrix, shift, seed=4)).warp
     points = np.array([[60.0, 70.0], [150.0, 140.0]])
     targets, slope = warp_points(warp, points)
     np.testing.assert_allclose(targets, points @ matrix.T + shift, atol=0.1)

@@ -11,6 +11,8 @@ from shapemorph.core.matching import Warp
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.laws.identity import identity_warp
+from shapemorph.methods.near_start import start_from
+from shapemorph.methods.subset_dic import SubsetSettings
 from shapemorph.methods.warping import warp_points
 from shapemorph.stages.correlate import correlate
 
@@ -233,7 +235,8 @@ def test_a_picture_is_morphed_only_where_the_field_bends(bend, morphs, wave_patt
         return GreyImage(pattern(back(targets)).reshape(SHAPE).astype("f4"), whole)
 
     still = identity_warp(SHAPE)
-    start = Warp(still.coefficients + np.array([0.3, -1.0]), still.origin, still.spacing)
+    warp = Warp(still.coefficients + np.array([0.3, -1.0]), still.origin, still.spacing)
+    start = start_from(warp, reference, deformed, settings=SubsetSettings(10, 1, 0.01, 30, 0.5, 10))
     settings = CorrelateConfig(subset_size=21, spacing=8)
     grid = correlate(reference, remorph, Morphed(deformed, still), settings, None, start)
     assert len(made) == morphs
