@@ -1,6 +1,8 @@
 """Patterns that are known exactly at every point."""
 
+import os
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,3 +40,17 @@ def pixel_grid() -> Callable[[tuple[int, int]], np.ndarray]:
         return np.stack([cols, rows], axis=-1).astype(np.float64)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Callable[[str], Path]:
+    """Find a folder of real data that is not part of the repository, or skip."""
+    default = Path(__file__).parents[1] / ".." / "shared" / "data"
+    data = Path(os.environ.get("SHAPEMORPH_DATA", default))
+
+    def find(name: str) -> Path:
+        if not (data / name).is_dir():
+            pytest.skip(f"{name} is not on this machine: set SHAPEMORPH_DATA to the folder of data")
+        return data / name
+
+    return find

@@ -19,6 +19,7 @@ from shapemorph.io.meshes import READERS
 from shapemorph.pipeline.stagelist import STAGES
 
 COMMANDS = {
+    "calibrate",
     *("measure", "run", "flatten", "match", "morph", "correlate", "lift", "align", "strain"),
     *(
         "spread",

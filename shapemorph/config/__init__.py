@@ -2,6 +2,12 @@
 
 from shapemorph.config.assess import AssessConfig, StarConfig
 from shapemorph.config.batch import BatchConfig, ClusterConfig, FoldersConfig
+from shapemorph.config.calibrate import (
+    CalibrateConfig,
+    RigConfig,
+    TargetConfig,
+    ViewsConfig,
+)
 from shapemorph.config.correlate import CorrelateConfig, OddSize
 from shapemorph.config.flatten import FlattenConfig, FlatteningMethod
 from shapemorph.config.inputs import Channel, InputsConfig, Polygon, RegionConfig
@@ -18,6 +24,7 @@ __all__ = [
     "AlignConfig",
     "AssessConfig",
     "BatchConfig",
+    "CalibrateConfig",
     "Channel",
     "ClusterConfig",
     "CorrelateConfig",
@@ -35,13 +42,16 @@ __all__ = [
     "Polygon",
     "RegionConfig",
     "ReportConfig",
+    "RigConfig",
     "RunConfig",
     "Section",
     "StarConfig",
     "StrainConfig",
     "SynthesizeConfig",
+    "TargetConfig",
     "TrackConfig",
     "TwinConfig",
     "Unit",
     "Vector3",
+    "ViewsConfig",
 ]

@@ -137,6 +137,9 @@ class Calibration:
         Pictures and views that were not used, and why.
     dropped_points : int
         Single points that contradicted all others.
+    covariance : (C * 16, C * 16) float64
+        Of the unknowns of all cameras, see
+        :class:`~shapemorph.methods.cameras.bundle.Adjusted`; empty where it is not known.
     """
 
     rig: Rig
@@ -147,6 +150,7 @@ class Calibration:
     residuals: tuple[Floats, ...] = ()
     rejected: tuple[tuple[str, str], ...] = field(default=())
     dropped_points: int = 0
+    covariance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
     def rms(self, camera: int | None = None, view: int | None = None) -> float:
         """Root mean square distance between seen and predicted points, px; NaN without any."""

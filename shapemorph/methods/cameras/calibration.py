@@ -123,6 +123,7 @@ def _result(work: _Work, state: _State) -> Calibration:
         residuals=state.residuals,
         rejected=tuple(work.rejected),
         dropped_points=work.dropped,
+        covariance=state.covariance,
     )
 
 

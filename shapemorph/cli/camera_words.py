@@ -1,0 +1,54 @@
+"""Calibrations and reconstructions as a few lines of text."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from shapemorph.cli.words import describe_verdict
+
+MOST_REJECTED = 8
+
+
+def describe_calibration(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say what a calibration found."""
+    for name, camera in summary["cameras"].items():
+        sigma = camera["sigma"]
+        yield (
+            f"{name:11s} f {camera['fx']:.2f}, {camera['fy']:.2f} px (1 sigma {sigma['fx']:.2g}), "
+            f"centre {camera['cx']:.2f}, {camera['cy']:.2f} px ({sigma['cx']:.2g}), "
+            f"k1 {camera['k1']:.4g} ({sigma['k1']:.1g})"
+        )
+        yield (
+            f"{'':11s} rms {camera['rms_px']:.3g} px over {camera['points']} points in "
+            f"{camera['views']} pictures, {camera['coverage']:.0%} of the picture"
+        )
+    for pair in summary["pairs"]:
+        yield (
+            f"{pair['second']:11s} {pair['baseline_mm']:.4f} mm from {pair['first']} (1 sigma "
+            f"{pair['sigma_baseline_mm']:.2g}), {pair['stereo_angle_deg']:.3f} degrees apart, "
+            f"{pair['common_views']} common views"
+        )
+    for control in summary["control_points"]:
+        yield (
+            f"points      of {control['target']} in space: {control['mean_mm']:.4g} mm off in the "
+            f"mean, at most {control['max_mm']:.3g} mm ({control['points']} points)"
+        )
+    yield from _rejected(summary)
+    drift = summary["drift"]
+    if drift is not None:
+        yield (
+            f"drift       points lie {drift['epipolar_px']:.3g} px off with the earlier "
+            f"calibration, shapes {drift['shape_mm']:.3g} mm, size {drift['scale']:+.2e}"
+        )
+    yield from describe_verdict(summary)
+    yield f"results     {folder}"
+
+
+def _rejected(summary: dict[str, Any]) -> Iterator[str]:
+    rejected = summary["rejected"]
+    for entry in rejected[:MOST_REJECTED]:
+        yield f"put aside   {entry['what']}: {entry['reason']}"
+    if len(rejected) > MOST_REJECTED:
+        yield f"            and {len(rejected) - MOST_REJECTED} more, see summary.json"
+    if summary["dropped_points"]:
+        yield f"put aside   {summary['dropped_points']} single points"
