@@ -1,7 +1,7 @@
 """Section `report`: pictures and the page."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -35,6 +35,9 @@ class ReportConfig(Section):
 
     figures: bool = Field(True, description="write figures/*.png and show them in report.html")
     title: Words | None = Field(None, description="heading of the page; empty: a general one")
+    theme: Literal["light", "print"] = Field(
+        "light", description="of figures and page; print: twice the pixels, black on white"
+    )
     equipment: EquipmentConfig = EquipmentConfig()
     noise: Path | None = Field(
         None, description="noise.json of `shapemorph noise`, for the noise floor in the tables"

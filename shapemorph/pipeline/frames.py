@@ -174,7 +174,7 @@ def _write_overview(rows: list[dict[str, Any]], work: _Work) -> None:
     if work.config.report.figures:
         from shapemorph.view.frames import write_frames_figure
 
-        write_frames_figure(rows, work.scratch / "figures")
+        write_frames_figure(rows, work.scratch / "figures", work.config.report.theme)
 
 
 def _verdict(found: dict[str, Any]) -> dict[str, Any]:

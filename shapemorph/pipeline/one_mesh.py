@@ -61,7 +61,7 @@ def flatten_one(
         write_mesh(scratch / f"{path.stem}_uv.obj", worn, unit=config.inputs.units)
         write_json(scratch / "distortion.json", distortion_figures(surface))
         if config.report.figures:
-            write_distortion_figure(path.stem, surface, scratch)
+            write_distortion_figure(path.stem, surface, scratch, config.report.theme)
         write_json(scratch / "summary.json", sections)
         return PictureOutcome(folder, tuple(move_files(scratch, folder, sources)), sections)
 

@@ -44,7 +44,7 @@ class Finished:
             return
         from shapemorph.view.drawing_process import DrawingProcess
 
-        with DrawingProcess() as process:
+        with DrawingProcess(self.config.report.theme) as process:
             self._drawing = Drawing(self.results, process)
             yield
 
@@ -161,7 +161,7 @@ def _write_report(run: Finished, folder: Path) -> None:
     summary = json.loads((run.folder / "summary.json").read_text(encoding="utf-8"))
     figures = sorted((run.folder / "figures").glob("*.png")) if run.config.report.figures else []
     settings = {"config": run.config.model_dump(mode="json")}
-    contents = Contents(summary | settings, figures, run.measurement)
+    contents = Contents(summary | settings, figures, run.measurement, run.config.report.theme)
     write_report(contents, folder / "report.html")
 
 
@@ -170,7 +170,7 @@ def _everything(config: RunConfig) -> Any:
 
 
 def _drawn(config: RunConfig) -> Any:
-    return config.report.model_dump(include={"figures"})
+    return config.report.model_dump(include={"figures", "theme"})
 
 
 def _everything_and_noise(config: RunConfig) -> Any:

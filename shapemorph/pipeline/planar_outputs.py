@@ -53,7 +53,9 @@ def write_field(folder: Path, field: PlanarField, config: RunConfig) -> None:
     if config.report.figures:
         from shapemorph.view.planar import write_planar_figures
 
-        write_planar_figures(field.grid, field.strain, field.reference, folder / "figures")
+        write_planar_figures(
+            field.grid, field.strain, field.reference, folder / "figures", config.report.theme
+        )
 
 
 def write_field_summary(

@@ -17,6 +17,7 @@ from typing import IO, TYPE_CHECKING, Any, Self
 
 from shapemorph.core.errors import ShapemorphError, StageError
 from shapemorph.view.figures import Named, encoded
+from shapemorph.view.theme import THEMES
 
 if TYPE_CHECKING:
     from shapemorph.view.render import Scene
@@ -30,14 +31,19 @@ class DrawingProcess:
     """Draws figures in the order in which they are asked for, in a ``with`` block.
 
     It starts to load what draws at once.
+
+    Parameters
+    ----------
+    theme : str
+        Name of one of ``THEMES``.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, theme: str = "light") -> None:
         self._jobs: queue.SimpleQueue[_Job | None] = queue.SimpleQueue()
         self._sender = threading.Thread(target=self._send, daemon=True)
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", __name__],
+                [sys.executable, "-m", __name__, theme],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 process_group=0 if os.name == "posix" else None,
@@ -115,7 +121,7 @@ class DrawingProcess:
             self._process.stdin.close()
 
 
-def _main(source: IO[bytes], sink: IO[bytes]) -> None:
+def _main(source: IO[bytes], sink: IO[bytes], theme: str) -> None:
     """Load what draws, then answer what is asked for with figures or an error."""
     answer: Any
     try:
@@ -123,8 +129,10 @@ def _main(source: IO[bytes], sink: IO[bytes]) -> None:
 
         from shapemorph.view.render import Scene
 
-        with Scene() as scene:
-            answer = [picture for job in _jobs(source) for picture in encoded(_figures(job, scene))]
+        with Scene(THEMES[theme].pixel_ratio) as scene:
+            answer = [
+                picture for job in _jobs(source) for picture in encoded(_figures(job, scene), theme)
+            ]
     except pickle.UnpicklingError:
         return  # the run has ended while it asked
     except ShapemorphError as error:
@@ -155,5 +163,5 @@ def _own_output() -> Iterator[IO[bytes]]:
 
 if __name__ == "__main__":
     with _own_output() as output:
-        _main(sys.stdin.buffer, output)
+        _main(sys.stdin.buffer, output, sys.argv[1])
         os._exit(0)  # what libraries do at the end takes time and may fail

@@ -2,9 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from shapemorph.core.flattened import FlattenedPair, FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
@@ -14,15 +12,13 @@ from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.results import RunResults
-from shapemorph.methods.png_encoding import png_bytes
 from shapemorph.view.maps import (
     correlation_figure,
     distortion_figure,
     surface_distortion_figure,
 )
 from shapemorph.view.plots import histograms_figure, matches_figure, morph_figure
-from shapemorph.view.style import DPI
-from shapemorph.view.window import Pixels
+from shapemorph.view.theme import THEMES, png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,23 +26,18 @@ if TYPE_CHECKING:
 Named = Iterator[tuple[str, "Figure"]]
 
 
-def write_distortion_figure(name: str, surface: FlattenedSurface, folder: Path) -> None:
+def write_distortion_figure(
+    name: str, surface: FlattenedSurface, folder: Path, theme: str = "light"
+) -> None:
     """Draw what the flattening did to one surface, as ``distortion.png``; needs no OpenGL."""
     figure = surface_distortion_figure(name, surface)
-    write_pictures(encoded(iter([("distortion", figure)])), folder)
+    write_pictures(encoded(iter([("distortion", figure)]), theme), folder)
 
 
-def encoded(figures: Named) -> Iterator[tuple[str, bytes]]:
+def encoded(figures: Named, theme: str = "light") -> Iterator[tuple[str, bytes]]:
     """Turn figures into the content of PNG files, each as soon as it is drawn."""
     for name, figure in figures:
-        yield name, png_bytes(drawn(figure), per_inch=DPI)
-
-
-def drawn(figure: "Figure") -> Pixels:
-    """Draw a figure, (H, W, 3)."""
-    canvas: Any = figure.canvas
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3]
+        yield name, png(figure, THEMES[theme])
 
 
 def write_pictures(pictures: Iterable[tuple[str, bytes]], folder: Path) -> None:

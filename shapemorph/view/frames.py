@@ -47,9 +47,9 @@ PLOTS: tuple[tuple[str, tuple[tuple[str, str, str], ...]], ...] = (
 """Title of each plot, and of its lines column, name and colour."""
 
 
-def write_frames_figure(rows: Sequence[Row], folder: Path) -> None:
+def write_frames_figure(rows: Sequence[Row], folder: Path, theme: str = "light") -> None:
     """Draw ``frames.png`` from the rows of frames.csv."""
-    write_pictures(encoded(iter([("frames", frames_figure(rows))])), folder)
+    write_pictures(encoded(iter([("frames", frames_figure(rows))]), theme), folder)
 
 
 def frames_figure(rows: Sequence[Row]) -> "Figure":

@@ -37,6 +37,8 @@ NARROW = 0.6
 """Maps of less than this share of their height stand all in one row."""
 LONG = 2.0
 """Width over height of pictures that are shown below each other."""
+LEAST_DISTORTION = 0.1
+"""Colours of a distortion reach at least that far from none: less is not worth a look."""
 AXIS_ROOM = 46
 """Room for the numbers at the axes, px."""
 
@@ -85,7 +87,7 @@ def _panel_grid(
     wide = [max(size[0] for size in sizes[k::columns]) + room for k in range(columns)]
     tall = [max(size[1] for size in sizes[k : k + columns]) for k in range(0, count, columns)]
     height = HEAD + sum(tall) + PANEL_HEAD * len(tall) + EDGE
-    figure = new_figure(max(960, EDGE + sum(wide)), height)
+    figure = new_figure(max(heading.width, EDGE + sum(wide)), height)
     write_heading(figure, heading)
     boxes = []
     for k, size in enumerate(sizes):
@@ -105,6 +107,8 @@ def _map_axes(figure: "Figure", box: Box, title: str, shape: tuple[int, int]) ->
     axes.locator_params(nbins=5)
     axes.tick_params(labelsize=SMALL * 0.8, colors=FAINT)
     axes.spines[:].set_visible(False)
+    corner = (box[0] - 30, box[1] + box[3] + 6)
+    write_text(figure, *corner, "px", size=SMALL * 0.8, colour=FAINT)
     return axes
 
 
@@ -248,10 +252,14 @@ def _distortion_panels(name: str, surface: FlattenedSurface) -> list[Panel]:
     with np.errstate(divide="ignore"):
         area = np.log2(first * second) - 2 * np.log2(scale)
         ratio = first / second
-    return [
-        Panel(f"{name}: area change", _seen(area, seen), extent, "log₂(σ₁σ₂ / scale²)  [–]"),
-        Panel(f"{name}: anisotropy", _seen(ratio, seen), extent, "σ₁ / σ₂  [–]"),
-    ]
+    labels = ("log₂(σ₁σ₂ / scale²)  [–]", "σ₁ / σ₂  [–]")
+    titles = (f"{name}: area change", f"{name}: anisotropy")
+    maps = (_seen(area, seen), _seen(ratio, seen))
+    scales = (
+        colour_scale(maps[0], least=2 * LEAST_DISTORTION),
+        colour_scale(maps[1], least=LEAST_DISTORTION),
+    )
+    return [Panel(*each) for each in zip(titles, maps, [extent] * 2, labels, scales, strict=True)]
 
 
 def _seen(values: Floats, triangle: np.ndarray[tuple[int, int], np.dtype[np.int32]]) -> Floats:

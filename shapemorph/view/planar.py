@@ -15,10 +15,14 @@ if TYPE_CHECKING:
 
 
 def write_planar_figures(
-    grid: CorrelationGrid, strain: PlanarStrain, reference: GreyImage, folder: Path
+    grid: CorrelationGrid,
+    strain: PlanarStrain,
+    reference: GreyImage,
+    folder: Path,
+    theme: str = "light",
 ) -> None:
     """Draw displacement, correlation, strain and uncertainty; needs no OpenGL."""
-    write_pictures(encoded(_planar_figures(grid, strain, reference)), folder)
+    write_pictures(encoded(_planar_figures(grid, strain, reference), theme), folder)
 
 
 def _planar_figures(grid: CorrelationGrid, strain: PlanarStrain, reference: GreyImage) -> Named:

@@ -34,19 +34,39 @@ class Picture:
     ----------
     pixels : (H, W, 3) uint8
     mm_per_px : float
+        Of the layout.
+    pixel_ratio : int
+        Pixels for each pixel of the layout.
     """
 
     pixels: Pixels
     mm_per_px: float
+    pixel_ratio: int
+
+    @property
+    def height(self) -> int:
+        """In the layout, px."""
+        return self.pixels.shape[0] // self.pixel_ratio
+
+    @property
+    def width(self) -> int:
+        """In the layout, px."""
+        return self.pixels.shape[1] // self.pixel_ratio
 
 
 class Scene:
     """A shape in front of a camera; use it in a ``with`` block, which closes the window.
 
     One window serves many pictures: opening it takes most of the time.
+
+    Parameters
+    ----------
+    pixel_ratio : int
+        Pixels rendered for each pixel of a frame.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, pixel_ratio: int = 1) -> None:
+        self._ratio = pixel_ratio
         self._window = open_window()
         from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 
@@ -136,7 +156,7 @@ class Scene:
         extent = float(np.ptp(np.concatenate(self._corners), axis=0).max())
         if self._bare is not None:
             self._bare.SetPosition(*(-LIFT_SHARE * extent * view.toward))
-        self._window.SetSize(frame.width, frame.height)
+        self._window.SetSize(self._ratio * frame.width, self._ratio * frame.height)
         camera = self._renderer.GetActiveCamera()
         camera.SetFocalPoint(*frame.centre)
         camera.SetPosition(*(frame.centre + 4 * extent * view.toward))
@@ -144,7 +164,8 @@ class Scene:
         camera.SetParallelScale(0.5 * frame.height * frame.mm_per_px)
         camera.SetClippingRange(extent, 7 * extent)
         self._window.Render()
-        return Picture(require_picture(read_pixels(self._window), self._name), frame.mm_per_px)
+        pixels = require_picture(read_pixels(self._window), self._name)
+        return Picture(pixels, frame.mm_per_px, self._ratio)
 
 
 class Painter:

@@ -64,11 +64,14 @@ class Contents:
         PNG files; their names choose caption and place.
     measurement : Measurement or None
         For the interactive view; None: without one.
+    theme : str
+        "light", or "print" for a page in black on white.
     """
 
     summary: dict[str, Any]
     figures: list[Path]
     measurement: Measurement | None = None
+    theme: str = "light"
 
 
 def write_report(contents: Contents, path: Path) -> None:
@@ -85,6 +88,7 @@ def write_report(contents: Contents, path: Path) -> None:
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     summary, measurement = contents.summary, contents.measurement
     page = environment.get_template("report.html.j2").render(
+        theme=contents.theme,
         title=_heading(summary),
         subject=_subject(summary),
         verdict=_verdict(summary),

@@ -71,13 +71,11 @@ class ColourScale:
 
     def colours(self, values: Floats) -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
         """Colours (N, 3) in [0, 255] of values (N,); grey where NaN."""
-        from matplotlib.colors import to_rgb
-
         table = colour_table(self.name)
         known = np.isfinite(values)
         share = np.where(known, (values - self.low) / (self.high - self.low), 0.0)
         step = np.clip((share * len(table)).astype(np.int64), 0, len(table) - 1)
-        bare = np.round(255 * np.array(to_rgb(BARE))).astype(np.uint8)
+        bare = np.round(255 * np.array(rgb_of(BARE))).astype(np.uint8)
         return np.where(known[:, None], table[step], bare)
 
     @property
@@ -93,7 +91,7 @@ def rgb_of(colour: str) -> tuple[float, ...]:
     return tuple(int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
 
 
-def colour_scale(values: Floats, shown: Floats | None = None) -> ColourScale:
+def colour_scale(values: Floats, shown: Floats | None = None, *, least: float = 0.0) -> ColourScale:
     """Fit a scale to values: the middle 99 %, around zero where both signs matter.
 
     Parameters
@@ -102,6 +100,8 @@ def colour_scale(values: Floats, shown: Floats | None = None) -> ColourScale:
         What the scale is fitted to; without finite ones it is 0 to 1.
     shown : array or None
         All that will have these colours; None: the same.
+    least : float
+        Difference between its ends, at least, so that nothing does not look like much.
     """
     finite = values[np.isfinite(values)]
     if finite.size == 0:
@@ -109,10 +109,11 @@ def colour_scale(values: Floats, shown: Floats | None = None) -> ColourScale:
     low, high = (float(p) for p in np.percentile(finite, [0.5, 99.5]))
     size = max(abs(low), abs(high))
     if high - low <= 1e-9 * (1 + size):
-        room = 0.01 * size if size > 1e-9 else 1.0
+        room = max(0.01 * size if size > 1e-9 else 1.0, least / 2)
         return ColourScale(SEQUENTIAL, low - room, high + room, "neither")
-    name = SEQUENTIAL
+    name, high = SEQUENTIAL, max(high, low + least)
     if min(-low, high) > 0.05 * size:
+        size = max(size, least / 2)
         low, high, name = -size, size, DIVERGING
     return ColourScale(name, low, high, _beyond(finite if shown is None else shown, low, high))
 
@@ -154,11 +155,18 @@ def place_axes(figure: "Figure", left: float, top: float, width: float, height: 
 
 
 def place_pixels(
-    figure: "Figure", left: int, top: int, pixels: np.ndarray[tuple[int, int, int], Any]
+    figure: "Figure",
+    left: int,
+    top: int,
+    pixels: np.ndarray[tuple[int, int, int], Any],
+    ratio: int,
 ) -> None:
-    """Put a picture (H, W, 3) into a figure, pixel by pixel, px from its upper left corner."""
+    """Put a picture (H, W, 3) into a figure, px of the layout from its upper left corner.
+
+    Each pixel of it becomes one of the file, which has `ratio` for one of the layout.
+    """
     down = round(figure.get_size_inches()[1] * DPI)
-    figure.figimage(pixels, xo=left, yo=down - top - pixels.shape[0])
+    figure.figimage(pixels, xo=ratio * left, yo=ratio * (down - top) - pixels.shape[0])
 
 
 def place_patch(figure: "Figure", box: tuple[float, float, float, float], colour: str) -> None:

@@ -59,6 +59,9 @@ def test_python_that_cannot_be_started_is_one_clear_line(monkeypatch):
 
 
 class _NoScene:
+    def __init__(self, pixel_ratio):
+        assert pixel_ratio == 1
+
     def __enter__(self):
         return self
 
@@ -69,7 +72,7 @@ class _NoScene:
 def test_a_run_that_ends_while_it_asks_ends_the_drawing_quietly(monkeypatch):
     monkeypatch.setattr("shapemorph.view.render.Scene", _NoScene)
     answer = io.BytesIO()
-    drawing_process._main(io.BytesIO(pickle.dumps(list(range(1000)))[:100]), answer)
+    drawing_process._main(io.BytesIO(pickle.dumps(list(range(1000)))[:100]), answer, "light")
     assert answer.getvalue() == b""
 
 

@@ -48,7 +48,8 @@ def test_every_figure_has_a_caption_and_shows_something(drawn):
     for path in drawn:
         with Image.open(path) as image:
             pixels = np.asarray(image.convert("L"))
-        assert pixels.shape[1] >= 960, path.name
+        assert pixels.shape[1] >= 800, path.name
+        assert (pixels[:, -4:] == 255).all(), f"{path.name}: something is cut off"
         assert np.count_nonzero(pixels < 200) > 5000, path.name
 
 

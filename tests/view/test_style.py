@@ -55,3 +55,12 @@ def test_reduced_picture_averages_whole_blocks():
     assert small.shape == (205, 15)
     assert small[3, 2] == pytest.approx(picture[6:8, 4:6].mean(), abs=1e-6)
     assert reduced(picture, 1000).shape == picture.shape
+
+
+def test_nothing_does_not_look_like_much():
+    values = np.random.default_rng(0).normal(scale=1e-4, size=2000)
+    scale = colour_scale(values, least=0.2)
+    assert (scale.low, scale.high) == (-0.1, 0.1)
+    scale = colour_scale(1 + np.abs(values), least=0.1)
+    assert scale.high == pytest.approx(scale.low + 0.1)
+    assert colour_scale(1e4 * values, least=0.2).high > 2

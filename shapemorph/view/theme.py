@@ -1,0 +1,79 @@
+"""Pictures for the screen, or for paper."""
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shapemorph.methods.png_encoding import png_bytes
+from shapemorph.view.style import DPI, FAINT, INK
+from shapemorph.view.window import Pixels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True)
+class Theme:
+    """How figures are written.
+
+    Attributes
+    ----------
+    pixel_ratio : int
+        Pixels of the file for each pixel of the layout.
+    inks : mapping of str to str
+        What becomes of the colours of the text.
+    is_small : bool
+        Whether time is spent on making files small.
+    """
+
+    pixel_ratio: int
+    inks: Mapping[str, str]
+    is_small: bool
+
+
+THEMES = {
+    "light": Theme(1, {}, is_small=False),
+    "print": Theme(2, {INK: "#000000", FAINT: "#262626"}, is_small=True),
+}
+"""By their names in the configuration."""
+
+
+def png(figure: "Figure", theme: Theme) -> bytes:
+    """Content of the PNG file of a figure."""
+    dpi = DPI * theme.pixel_ratio
+    figure.set_dpi(dpi)
+    if theme.inks:
+        _change_inks(figure, theme.inks)
+    pixels = drawn(figure)
+    return _small_png(pixels, dpi) if theme.is_small else png_bytes(pixels, per_inch=dpi)
+
+
+def drawn(figure: "Figure") -> Pixels:
+    """Draw a figure, (H, W, 3)."""
+    canvas: Any = figure.canvas
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3]
+
+
+def _small_png(pixels: Pixels, dpi: int) -> bytes:
+    """Content of a PNG file with filtered rows."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, "PNG", dpi=(dpi, dpi))
+    return buffer.getvalue()
+
+
+def _change_inks(figure: "Figure", inks: Mapping[str, str]) -> None:
+    """Give every text another colour; a first drawing makes those of the axes."""
+    from matplotlib.colors import to_hex
+    from matplotlib.text import Text
+
+    figure.draw_without_rendering()
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        colour = to_hex(text.get_color())
+        text.set_color(inks.get(colour, colour))

@@ -1,0 +1,49 @@
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from shapemorph.view.style import FAINT, INK, new_figure, place_axes, place_pixels, write_text
+from shapemorph.view.theme import THEMES, png
+
+
+def _figure(ratio):
+    figure = new_figure(200, 120)
+    square = np.zeros((30 * ratio, 40 * ratio, 3), dtype=np.uint8)
+    square[..., 1] = 200
+    place_pixels(figure, 20, 60, square, ratio)
+    write_text(figure, 5, 5, "ink", colour=INK)
+    write_text(figure, 105, 5, "faint", colour=FAINT)
+    axes = place_axes(figure, 120, 50, 60, 40)
+    axes.tick_params(colors=INK)
+    return figure
+
+
+def _pixels(figure, theme):
+    return np.asarray(Image.open(io.BytesIO(png(figure, theme))).convert("RGB")).astype(int)
+
+
+@pytest.mark.parametrize(("name", "ratio"), [("light", 1), ("print", 2)])
+def test_pictures_stand_in_their_place_pixel_for_pixel(name, ratio):
+    pixels = _pixels(_figure(ratio), THEMES[name])
+    assert pixels.shape == (120 * ratio, 200 * ratio, 3)
+    green = (pixels == [0, 200, 0]).all(axis=2)
+    rows, columns = np.nonzero(green)
+    assert green.sum() == 30 * 40 * ratio**2
+    assert (rows.min(), columns.min()) == (60 * ratio, 20 * ratio)
+
+
+def test_print_is_black_on_white():
+    light, paper = (_pixels(_figure(THEMES[n].pixel_ratio), THEMES[n]) for n in ("light", "print"))
+    for pixels, top in ((light, 40), (paper, 80)):
+        words = pixels[:top]
+        half = words.shape[1] // 2
+        ink, faint = words[:, :half].min(axis=(0, 1)), words[:, half:].min(axis=(0, 1))
+        if pixels is light:
+            assert tuple(ink) == (0x1D, 0x24, 0x30)
+            assert tuple(faint) == (0x6B, 0x72, 0x80)
+        else:
+            assert tuple(ink) == (0, 0, 0)
+            assert tuple(faint) == (0x26, 0x26, 0x26)
+    assert tuple(light[0, 0]) == tuple(paper[0, 0]) == (255, 255, 255)
