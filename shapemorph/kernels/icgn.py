@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Codes, Floats, Greys, Ints
 from shapemorph.core.status import PointStatus
+from shapemorph.kernels.inner import inner
 from shapemorph.kernels.small_linear import clear, compose_with_inverse, copy, factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
 from shapemorph.kernels.subset_rows import warped_moments
@@ -43,14 +44,14 @@ _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _pixels_inside(counts, left, top, right, bottom) -> int:  # type: ignore[no-untyped-def]
     """Count the good pixels in columns left ... right - 1 of rows top ... bottom - 1."""
     inner = counts[bottom, right] - counts[top, right] - counts[bottom, left]
     return int(inner + counts[top, left])
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _load_weights(inside, counts, row, col, weights, is_full) -> tuple[float, bool]:  # type: ignore[no-untyped-def]
     """Copy the mask of a subset; return the number of pixels that count, and if all do."""
     width = weights.shape[0]
@@ -63,7 +64,7 @@ def _load_weights(inside, counts, row, col, weights, is_full) -> tuple[float, bo
     return float(found), full
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _limit_weights(inside, x, y, warp, radius, weights) -> tuple[float, bool]:  # type: ignore[no-untyped-def]
     """Drop the pixels whose match is outside; return the number left, and if any was dropped."""
     height, length = inside.shape
@@ -88,7 +89,7 @@ def _limit_weights(inside, x, y, warp, radius, weights) -> tuple[float, bool]:  
     return total, changed
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _whole_box(counts, x, y, warp, radius) -> int:  # type: ignore[no-untyped-def]
     """Tell if the warped subset is inside (2), partly inside (1) or beyond reach (0)."""
     r, rr = float(radius), float(radius * radius)
@@ -112,7 +113,7 @@ def _whole_box(counts, x, y, warp, radius) -> int:  # type: ignore[no-untyped-de
     return 2 if found == (right - left) * (bottom - top) else 1
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _corner_motion(step, radius) -> float:  # type: ignore[no-untyped-def]
     """Bound of the motion of any corner of the subset, px."""
     r, rr = float(radius), float(radius * radius)
@@ -124,7 +125,7 @@ def _corner_motion(step, radius) -> float:  # type: ignore[no-untyped-def]
     return float(np.sqrt(motion))
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _settled(motion, last_motion, tolerance) -> bool:  # type: ignore[no-untyped-def]
     """Tell if all steps to come, shrinking as the last one did, stay below half the tolerance."""
     left = last_motion - motion

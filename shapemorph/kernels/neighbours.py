@@ -64,7 +64,9 @@ def predict_from_neighbours(
     most = (2 * reach + 1) ** 2
     said, work = np.empty((6, most)), np.empty(most)
     for q in range(number):
-        predicted[q], slope[q], spread[q] = np.nan, np.nan, np.nan
+        spread[q] = np.nan
+        for k in range(2):
+            predicted[q, k], slope[q, k, 0], slope[q, k, 1] = np.nan, np.nan, np.nan
         row, col = queries[q, 0], queries[q, 1]
         used = 0
         for r in range(max(row - reach, 0), min(row + reach + 1, rows)):
@@ -82,7 +84,8 @@ def predict_from_neighbours(
         if used < 3:
             continue
         for k in range(6):
-            work[:used] = said[k, :used]
+            for n in range(used):
+                work[n] = said[k, n]
             middle = _median(work, used)
             if k < 2:
                 predicted[q, k] = middle

@@ -1,7 +1,7 @@
 """Pictures at several reductions, each as the coefficients of a cubic B-spline."""
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from shapemorph.core.arrays import Greys
 
@@ -65,27 +65,29 @@ def _filter_block(
             texels[start + i * step + lane * lane_step] = lines[i, lane]
 
 
-@njit(cache=True, parallel=True)
-def _filter(texels: Greys, height: int, width: int, repeats: int) -> None:
-    if height > 1:
-        for block in prange((width + LANES - 1) // LANES):
-            start = block * LANES
-            lanes = min(LANES, width - start)
-            _filter_block(texels, start, height, lanes, width, 1, repeats)
-    if width > 1:
-        for block in prange((height + LANES - 1) // LANES):
-            start = block * LANES
-            lanes = min(LANES, height - start)
-            _filter_block(texels, start * width, width, lanes, 1, width, repeats)
+@njit(cache=True, nogil=True)
+def filter_lines(
+    texels: Greys, height: int, width: int, down: int, repeats: int, first: int, last: int
+) -> None:
+    """Turn some columns, or rows, of a picture into cubic B-spline coefficients, in place.
 
-
-def to_coefficients(picture: Greys, repeats: int) -> None:
-    """Turn a contiguous picture (H, W) into its cubic B-spline coefficients, in place.
-
-    Beyond its border the picture goes on mirrored, or again from the other side where
-    `repeats` is 1.
+    Parameters
+    ----------
+    texels : (height * width,)
+        The picture, row by row.
+    height, width : int
+    down : int
+        1 for columns, 0 for rows; one after the other makes the picture's coefficients.
+    repeats : int
+        Beyond its border the picture goes on mirrored, or where this is 1 again from the
+        other side.
+    first, last : int
+        Number of the first line, and of the one after the last.
     """
-    _filter(picture.ravel(), picture.shape[0], picture.shape[1], repeats)
+    count, step, lane_step = (height, width, 1) if down else (width, 1, width)
+    for start in range(first, last, LANES):
+        lanes = min(LANES, last - start)
+        _filter_block(texels, start * lane_step, count, lanes, step, lane_step, repeats)
 
 
 def reduce_by_two(picture: Greys) -> Greys:

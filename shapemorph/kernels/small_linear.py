@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Floats
+from shapemorph.kernels.inner import inner
 
 
 @njit(cache=True, error_model="numpy")
@@ -71,7 +72,7 @@ def solve(lower: Floats, right: Floats, count: int, solution: Floats) -> None:
         solution[i] = total * lower[i, i]
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _product(a, b, second_order):  # type: ignore[no-untyped-def]
     """Product of two polynomials in 1, x, y, x^2, x y, y^2, cut after the second degree."""
     constant = a[0] * b[0]
@@ -85,7 +86,7 @@ def _product(a, b, second_order):  # type: ignore[no-untyped-def]
     return constant, along_x, along_y, xx, xy, yy
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _inverse(step, second_order):  # type: ignore[no-untyped-def]
     """Inverse of the small warp x + step(x), to second degree; both of its components."""
     a, b, c, d = 1.0 + step[1], step[2], step[7], 1.0 + step[8]

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Floats
+from shapemorph.kernels.inner import inner
 from shapemorph.kernels.small_linear import clear
 from shapemorph.kernels.subset_rows import VECTOR_FLAGS
 from shapemorph.kernels.vectors import LANES, fused, load, spread, total
@@ -38,7 +39,7 @@ def mean_grey(reference, weights, row, col, count):  # type: ignore[no-untyped-d
     return np.float32(total(sum_) / count)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _columns_of_products(reference, at, weights, lanes, first, radius):  # type: ignore[no-untyped-def]
     """Products of the slopes, times 1, y, y^2, summed over the rows of a block of columns."""
     a0 = a1 = a2 = b0 = b1 = b2 = c0 = c1 = c2 = spread(0.0)
@@ -58,7 +59,7 @@ def _columns_of_products(reference, at, weights, lanes, first, radius):  # type:
     return (a0, a1, a2), (b0, b1, b2), (c0, c1, c2)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _columns_of_higher(reference, at, weights, lanes, first, radius):  # type: ignore[no-untyped-def]
     """Products of the slopes, times y^3 and y^4, summed likewise."""
     a3 = a4 = b3 = b4 = c3 = c4 = spread(0.0)
@@ -76,7 +77,7 @@ def _columns_of_higher(reference, at, weights, lanes, first, radius):  # type: i
     return (a3, a4), (b3, b4), (c3, c4)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _columns_of_sums(reference, at, weights, lanes, first, radius, mean):  # type: ignore[no-untyped-def]
     """Grey, its square, slopes and grey times slopes, summed likewise."""
     f0 = f1 = spread(0.0)
@@ -101,7 +102,7 @@ def _columns_of_sums(reference, at, weights, lanes, first, radius, mean):  # typ
     return (f0, f1), (a0, a1, a2), (b0, b1, b2), (c0, c1, c2), (d0, d1, d2)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _add_products(columns, xs, out):  # type: ignore[no-untyped-def]
     """Add columns, times powers of x, to the moments x^a y^b, a + b <= 2."""
     out[0] += total(columns[0])
@@ -112,7 +113,7 @@ def _add_products(columns, xs, out):  # type: ignore[no-untyped-def]
     out[5] += total(columns[2])
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _add_higher(columns, higher, xs, out):  # type: ignore[no-untyped-def]
     """Add the same of a + b = 3 and 4; `higher` are the columns times y^3 and y^4."""
     xxx = xs * xs * xs
@@ -127,7 +128,7 @@ def _add_higher(columns, higher, xs, out):  # type: ignore[no-untyped-def]
     out[14] += total(higher[1])
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _add_sums(columns, xs, second, first, out):  # type: ignore[no-untyped-def]
     """Add columns, times powers of x, to the moments of 1, x, y, x^2, x y, y^2 from `first` on."""
     out[first] += total(columns[0])
@@ -139,7 +140,7 @@ def _add_sums(columns, xs, second, first, out):  # type: ignore[no-untyped-def]
         out[first + 5] += total(columns[2])
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _add_grey(columns, out):  # type: ignore[no-untyped-def]
     """Add the sums of grey and its square."""
     out[0] += total(columns[0])

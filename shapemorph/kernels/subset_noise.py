@@ -9,7 +9,8 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Floats, Greys, Ints
-from shapemorph.kernels.small_linear import factor, solve
+from shapemorph.kernels.inner import inner
+from shapemorph.kernels.small_linear import clear, factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
 from shapemorph.kernels.subset_rows import VECTOR_FLAGS
 from shapemorph.kernels.vectors import LANES
@@ -18,7 +19,7 @@ _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _place(warp, a, b):  # type: ignore[no-untyped-def]
     """Warped position of the local pixel (a, b) relative to the centre."""
     x = warp[0] + warp[1] * a + warp[2] * b + warp[3] * a * a + warp[4] * a * b + warp[5] * b * b
@@ -26,7 +27,7 @@ def _place(warp, a, b):  # type: ignore[no-untyped-def]
     return x, y
 
 
-@njit(forceinline=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@inner(forceinline=True, fastmath=VECTOR_FLAGS)
 def _cubic(c, x, y):  # type: ignore[no-untyped-def]
     """Value of the spline at one position."""
     col, row = int(np.floor(x)), int(np.floor(y))
@@ -46,7 +47,7 @@ def _cubic(c, x, y):  # type: ignore[no-untyped-def]
     return total / 36.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  # type: ignore[no-untyped-def]
     """Mark the pixels of a subset that count in both pictures; return their number."""
     height, length = inside.shape
@@ -66,7 +67,7 @@ def _load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _load_grey(coefficients, x, y, warp, radius, weights, found) -> None:  # type: ignore[no-untyped-def]
     """Sample the deformed picture at the pixels that count."""
     for j in range(2 * radius + 1):
@@ -77,12 +78,13 @@ def _load_grey(coefficients, x, y, warp, radius, weights, found) -> None:  # typ
                 found[j, i] = np.float32(_cubic(coefficients, x + at_x, y + at_y))
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _take_residual(reference, x, y, radius, weights, found, system) -> None:  # type: ignore[no-untyped-def]
     """Replace the deformed grey by what gain, offset and a plane do not explain."""
     matrix, lower, right, solution = system[0:4], system[4:8], system[8], system[9]
-    matrix[:] = 0.0
-    right[:] = 0.0
+    for a in range(4):
+        clear(matrix[a])
+    clear(right)
     terms = np.empty(4)
     for j in range(2 * radius + 1):
         for i in range(2 * radius + 1):
@@ -95,21 +97,23 @@ def _take_residual(reference, x, y, radius, weights, found, system) -> None:  # 
                 right[a] += terms[a] * grey
                 for b in range(a + 1):
                     matrix[a, b] += terms[a] * terms[b]
-    if not factor(matrix, 4, 0.0, lower):
-        found[:] = _ZERO
-        return
-    solve(lower, right, 4, solution)
+    if factor(matrix, 4, 0.0, lower):
+        solve(lower, right, 4, solution)
+        gain = _ONE
+    else:
+        clear(solution)
+        gain = _ZERO
     for j in range(2 * radius + 1):
         for i in range(2 * radius + 1):
             if weights[j, i] == _ZERO:
                 continue
-            grey = reference[0, y + j - radius, x + i - radius]
+            grey = gain * reference[0, y + j - radius, x + i - radius]
             explained = solution[0] + solution[3] * (found[j, i] - 0.5)
             explained += (solution[1] * (i - radius) + solution[2] * (j - radius)) / radius
             found[j, i] = np.float32(grey - explained)
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@inner(fastmath=VECTOR_FLAGS)
 def _lag_product(a, b, offset, length) -> float:  # type: ignore[no-untyped-def]
     """Sum of a[i] b[i + offset] over flat arrays whose rows end in zeros."""
     total = _ZERO
@@ -119,7 +123,7 @@ def _lag_product(a, b, offset, length) -> float:  # type: ignore[no-untyped-def]
     return float(total)
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _largest(lags) -> int:  # type: ignore[no-untyped-def]
     largest = 0
     for n in range(lags.shape[0]):
@@ -172,7 +176,7 @@ def residual_products(
             pairs[k, n] = _lag_product(flat_weights, flat_weights, offset, length)
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def _fill_influence(  # type: ignore[no-untyped-def]
     reference, x, y, radius, terms, weights, mean, count, energy, total, along, rows, influence
 ):  # fmt: skip
@@ -258,7 +262,8 @@ def solution_covariance(
     hessian, lower, products = system[0:12], system[12:24], system[24:27]
     total, along, unit, rows = system[27], system[28], system[29], system[30:32]
     for k in range(points.shape[0]):
-        result[k] = np.nan
+        for a in range(3):
+            result[k, a] = np.nan
         x, y = points[k, 0], points[k, 1]
         count = _load_weights(inside, other_inside, x, y, warps[k], radius, weights)
         if count < 4:
@@ -278,7 +283,7 @@ def solution_covariance(
         if not factor(hessian, 2 * terms, 0.0, lower):
             continue
         for axis in range(2):
-            unit[:] = 0.0
+            clear(unit)
             unit[axis * terms] = 1.0
             solve(lower, unit, 2 * terms, rows[axis])
         _fill_influence(

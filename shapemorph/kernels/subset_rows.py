@@ -15,6 +15,7 @@ fits neither is gathered. Columns beyond the subset have weight zero.
 import numpy as np
 from numba import njit
 
+from shapemorph.kernels.inner import inner
 from shapemorph.kernels.vectors import LANES, choose, fused, gather, load, spread, total, whole
 
 SLACK = 0.02  # how far a spline piece is used beyond its end: off by 1e-5 of the contrast
@@ -23,7 +24,7 @@ VECTOR_FLAGS = {"reassoc", "contract", "nsz", "arcp"}  # NaN and infinity keep t
 _SCALE = 1.0 / 36.0  # the weights below are six times too large, in both directions
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _weights(t):  # type: ignore[no-untyped-def]
     """Weights of the four knots around offset t, times six."""
     s = spread(1.0) - t
@@ -33,7 +34,7 @@ def _weights(t):  # type: ignore[no-untyped-def]
     return ss * s, left, right, tt * t
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _weights_across(t):  # type: ignore[no-untyped-def]
     """Weights of five knots for an offset t in [0, 2), times six."""
     zero, one = spread(0.0), spread(1.0)
@@ -47,14 +48,14 @@ def _weights_across(t):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _along_four(c, at, p0, p1, p2, p3):  # type: ignore[no-untyped-def]
     """Weighted sum of four neighbours in a row."""
     left = fused(p1, load(c, at + 1), p0 * load(c, at))
     return left + fused(p3, load(c, at + 3), p2 * load(c, at + 2))
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _four(c, stride, at, t, u):  # type: ignore[no-untyped-def]
     """Grey of pixels whose supports advance by one column each."""
     p0, p1, p2, p3 = _weights(t)
@@ -65,13 +66,13 @@ def _four(c, stride, at, t, u):  # type: ignore[no-untyped-def]
     return upper + fused(q3, _along_four(c, at + 3 * stride, p0, p1, p2, p3), lower)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _along_five(c, at, p0, p1, p2, p3, p4):  # type: ignore[no-untyped-def]
     """Weighted sum of five neighbours in a row."""
     return fused(p4, load(c, at + 4), _along_four(c, at, p0, p1, p2, p3))
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _five(c, stride, at, t, u):  # type: ignore[no-untyped-def]
     """Grey of pixels whose supports jump by one column or row at most once."""
     p0, p1, p2, p3, p4 = _weights_across(t)
@@ -83,7 +84,7 @@ def _five(c, stride, at, t, u):  # type: ignore[no-untyped-def]
     return fused(q4, _along_five(c, at + 4 * stride, p0, p1, p2, p3, p4), grey)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _gather_four(c, stride, at, row, col, used, p0, p1, p2, p3):  # type: ignore[no-untyped-def]
     sum_ = p0 * gather(c, at, stride, row, col, used)
     sum_ = fused(p1, gather(c, at + 1, stride, row, col, used), sum_)
@@ -91,7 +92,7 @@ def _gather_four(c, stride, at, row, col, used, p0, p1, p2, p3):  # type: ignore
     return fused(p3, gather(c, at + 3, stride, row, col, used), sum_)
 
 
-@njit(error_model="numpy")
+@inner()
 def _gathered(c, stride, at, x, y, used):  # type: ignore[no-untyped-def]
     """Grey of pixels that each have a support of their own."""
     col, row = whole(x), whole(y)
@@ -103,7 +104,7 @@ def _gathered(c, stride, at, x, y, used):  # type: ignore[no-untyped-def]
     return fused(q3, _gather_four(c, stride, at + 3 * stride, row, col, used, p0, p1, p2, p3), grey)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _jump(path, x0, x1):  # type: ignore[no-untyped-def]
     """Whole pixels to take off a quadratic path, and the number of supports it then needs."""
     start = path[0] + x0 * (path[1] + path[2] * x0)
@@ -118,7 +119,7 @@ def _jump(path, x0, x1):  # type: ignore[no-untyped-def]
     return first, (2 if high - first < 2.0 else 3)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _common_jump(part, radius):  # type: ignore[no-untyped-def]
     """Like `_jump` for all rows together; `part` is one half of a warp less the identity."""
     reach = radius * (abs(part[1]) + abs(part[2]))
@@ -128,7 +129,7 @@ def _common_jump(part, radius):  # type: ignore[no-untyped-def]
     return jump, offset - reach >= -SLACK and offset + reach <= 1.0 + SLACK
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _paths(part, xs, second):  # type: ignore[no-untyped-def]
     """Motion of a block of columns as polynomials in y; `part` is half of a warp less identity."""
     path, slope = fused(xs, spread(part[1]), spread(part[0])), spread(part[2])
@@ -138,7 +139,7 @@ def _paths(part, xs, second):  # type: ignore[no-untyped-def]
     return path, slope, spread(part[5])
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _path_at(path, slope, bend, y, second):  # type: ignore[no-untyped-def]
     """Motion of a block of columns in one row."""
     if second is not None:
@@ -146,19 +147,19 @@ def _path_at(path, slope, bend, y, second):  # type: ignore[no-untyped-def]
     return fused(slope, y, path)
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _row_path(part, y):  # type: ignore[no-untyped-def]
     """Motion of a row as a polynomial in x."""
     return part[0] + y * (part[2] + part[5] * y), part[1] + part[4] * y, part[3]
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _no_sums():  # type: ignore[no-untyped-def]
     zero = spread(0.0)
     return zero, zero, zero, zero, zero, zero, zero, zero, zero
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner(forceinline=True)
 def _add(sums, grey, y, reference, at, second):  # type: ignore[no-untyped-def]
     """Add a row to the sums of its columns; `second` None leaves the squares of y out."""
     s0, s1, s2, s3, s4, s5, s6, s7, s8 = sums

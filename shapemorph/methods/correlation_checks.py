@@ -99,6 +99,7 @@ def _predict(
 ) -> tuple[Floats, Floats, Floats]:
     """Position, gradient and spread that the neighbours predict; NaN where too few."""
     position, gradient = np.ascontiguousarray(position), np.ascontiguousarray(gradient)
+    queries = np.ascontiguousarray(queries)
     number = len(queries)
     found, slope, spread = np.empty((number, 2)), np.empty((number, 2, 2)), np.empty(number)
     count = np.empty(number, dtype=np.int64)

@@ -11,8 +11,9 @@ from shapemorph.core.image import Chart
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import texture as kernel
 from shapemorph.kernels.facets import affine_maps
-from shapemorph.kernels.pyramid import reduce_by_two, to_coefficients
+from shapemorph.kernels.pyramid import reduce_by_two
 from shapemorph.methods.distortion import weighted_quantile
+from shapemorph.methods.spline_coefficients import to_coefficients
 from shapemorph.methods.surface_lookup import ChartIndex, index_chart
 
 LEVELS = 8

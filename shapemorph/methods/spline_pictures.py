@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.image import GreyImage
-from shapemorph.kernels.pyramid import to_coefficients
 from shapemorph.kernels.vectors import LANES
+from shapemorph.methods.spline_coefficients import to_coefficients
 
 Pixels = TypeVar("Pixels", Greys, NDArray[np.uint8])
 

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 from scipy.ndimage import spline_filter
 
-from shapemorph.kernels import pyramid
 from shapemorph.kernels.pyramid import reduce_by_two
 from shapemorph.kernels.texture import resample
+from shapemorph.methods import spline_coefficients
 
 
 def to_coefficients(picture, repeats):
     coefficients = picture.copy()
-    pyramid.to_coefficients(coefficients, repeats)
+    spline_coefficients.to_coefficients(coefficients, repeats)
     return coefficients
 
 
