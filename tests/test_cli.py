@@ -20,6 +20,7 @@ from shapemorph.pipeline.stagelist import STAGES
 
 COMMANDS = {
     "calibrate",
+    "reconstruct",
     *("measure", "run", "flatten", "match", "morph", "correlate", "lift", "align", "strain"),
     *(
         "spread",

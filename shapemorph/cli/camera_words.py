@@ -52,3 +52,25 @@ def _rejected(summary: dict[str, Any]) -> Iterator[str]:
         yield f"            and {len(rejected) - MOST_REJECTED} more, see summary.json"
     if summary["dropped_points"]:
         yield f"put aside   {summary['dropped_points']} single points"
+
+
+def describe_reconstruction(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say what a reconstruction found."""
+    points, found, rig = summary["points"], summary["reconstruct"], summary["rig"]
+    yield f"points      {points['ok']} of {points['total']} ({points['ok_share']:.1%})"
+    yield (
+        f"cameras     {rig['baseline_mm']:.3f} mm and {rig['stereo_angle_deg']:.2f} degrees apart; "
+        f"{found['distance_mm']['median']:.4g} mm from {rig['names'][0]}"
+    )
+    sigma = found["sigma_mm"]
+    yield (
+        f"sigma       x {sigma['x']['median']:.2g}, y {sigma['y']['median']:.2g}, "
+        f"z {sigma['z']['median']:.2g} mm (median of the random part)"
+    )
+    yield f"epipolar    {found['epipolar_px']['rms']:.3g} px rms"
+    if found["smoothed_px"] is not None:
+        yield f"smoothed    by {found['smoothed_px']:.3g} px rms"
+    mesh = summary["mesh"]
+    yield f"mesh        {mesh['vertices']} vertices, {mesh['faces']} triangles"
+    yield from describe_verdict(summary)
+    yield f"results     {folder}"

@@ -38,3 +38,42 @@ def calibrate(
     with watching(say) as listener:
         found = calibrate_cameras(config, rig.absolute().parent, folder, listener=listener)
     return print_result(found.folder, found.summary, describe_calibration, say)
+
+
+@app.command
+def reconstruct(  # noqa: PLR0913 - one for each option
+    calibration: Path,
+    left: Path,
+    right: Path,
+    /,
+    *,
+    output: Output = None,
+    mask: Path | None = None,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Reconstruct what two calibrated cameras see: a textured mesh, ready for measure.
+
+    Parameters
+    ----------
+    calibration
+        calibration.json, or a file of OpenCV (.yml), VIC-3D (.xml), MatchID (.caldat) or
+        OpenCorr (.csv).
+    left
+        Picture of the first camera of the calibration.
+    right
+        Picture of the second one, of the same moment.
+    mask
+        Picture of the size of the left one, white = measured.
+    """
+    from shapemorph.cli.camera_words import describe_reconstruction
+    from shapemorph.cli.runs import defaults
+    from shapemorph.pipeline.reconstruct import reconstruct_pictures
+
+    config, folder = defaults(settings), output or Path(f"{left.stem}_shape")
+    configure_log(say)
+    with watching(say) as listener:
+        found = reconstruct_pictures(
+            calibration, left, right, folder, config, mask=mask, listener=listener
+        )
+    return print_result(found.folder, found.summary, describe_reconstruction, say)

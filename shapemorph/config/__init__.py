@@ -13,6 +13,7 @@ from shapemorph.config.flatten import FlattenConfig, FlatteningMethod
 from shapemorph.config.inputs import Channel, InputsConfig, Polygon, RegionConfig
 from shapemorph.config.match import MatchConfig
 from shapemorph.config.morph import Law, MorphConfig
+from shapemorph.config.reconstruct import ReconstructConfig
 from shapemorph.config.report import EquipmentConfig, ReportConfig
 from shapemorph.config.run import RunConfig, TrackConfig
 from shapemorph.config.section import Section, Unit, Vector3
@@ -40,6 +41,7 @@ __all__ = [
     "MorphConfig",
     "OddSize",
     "Polygon",
+    "ReconstructConfig",
     "RegionConfig",
     "ReportConfig",
     "RigConfig",

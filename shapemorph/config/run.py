@@ -10,6 +10,7 @@ from shapemorph.config.flatten import FlattenConfig
 from shapemorph.config.inputs import InputsConfig
 from shapemorph.config.match import MatchConfig
 from shapemorph.config.morph import MorphConfig
+from shapemorph.config.reconstruct import ReconstructConfig
 from shapemorph.config.report import ReportConfig
 from shapemorph.config.section import Section
 from shapemorph.config.surface import AlignConfig, LiftConfig, StrainConfig
@@ -34,5 +35,6 @@ class RunConfig(Section):
     lift: LiftConfig = LiftConfig()
     align: AlignConfig = AlignConfig()
     strain: StrainConfig = StrainConfig()
+    reconstruct: ReconstructConfig = ReconstructConfig()
     report: ReportConfig = ReportConfig()
     assess: AssessConfig = AssessConfig()
