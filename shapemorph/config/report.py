@@ -34,6 +34,10 @@ class ReportConfig(Section):
     """Section `report`: pictures and the page."""
 
     figures: bool = Field(True, description="write figures/*.png and show them in report.html")
+    animation: bool = Field(
+        False,
+        description="write animation.gif and .mp4: the shape on its way, coloured by strain",
+    )
     title: Words | None = Field(None, description="heading of the page; empty: a general one")
     theme: Literal["light", "print"] = Field(
         "light", description="of figures and page; print: twice the pixels, black on white"

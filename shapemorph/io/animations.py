@@ -35,16 +35,22 @@ def frames_of(pictures: Sequence[GreyImage]) -> Frames:
 
 
 def write_gif(path: Path, frames: Frames) -> None:
-    """Write frames (N, H, W) as a GIF that plays for ever."""
+    """Write frames (N, H, W), or (N, H, W, 3) in colours, as a GIF that plays for ever.
+
+    All frames have the colours of the last one, or the nearest to them.
+    """
     from PIL import Image
 
     pictures = [Image.fromarray(frame) for frame in frames]
+    if pictures[-1].mode == "RGB":
+        last = pictures[-1].quantize(255, dither=Image.Dither.NONE)
+        pictures = [each.quantize(palette=last, dither=Image.Dither.NONE) for each in pictures]
     times = [int(1000 * seconds) for seconds in _times(len(frames))]
     pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=times, loop=0)
 
 
 def write_mp4(path: Path, frames: Frames) -> bool:
-    """Write frames (N, H, W) as an MP4 (MPEG-4 part 2).
+    """Write frames (N, H, W), or (N, H, W, 3) in colours, as an MP4 (MPEG-4 part 2).
 
     Returns
     -------
@@ -60,9 +66,16 @@ def write_mp4(path: Path, frames: Frames) -> bool:
         return False
     for frame, seconds in zip(frames, _times(len(frames)), strict=True):
         for _ in range(max(1, round(seconds * RATE))):
-            writer.write(np.repeat(frame[..., None], 3, axis=2))
+            writer.write(_blue_first(frame))
     writer.release()
     return path.is_file() and path.stat().st_size > 0
+
+
+def _blue_first(frame: Frames) -> Frames:
+    """Make what OpenCV writes of a frame (H, W) or (H, W, 3)."""
+    if frame.ndim == 2:
+        return np.repeat(frame[..., None], 3, axis=2)
+    return np.ascontiguousarray(frame[..., ::-1])
 
 
 def _times(count: int) -> list[float]:

@@ -144,11 +144,22 @@ def _write_measurement(run: Finished, folder: Path) -> None:
 
 
 def _write_figures(run: Finished, folder: Path) -> None:
-    if not run.config.report.figures:
-        return
-    from shapemorph.view.figures import write_pictures
+    if run.config.report.figures:
+        from shapemorph.view.figures import write_pictures
 
-    write_pictures(run.drawn(), folder / "figures")
+        write_pictures(run.drawn(), folder / "figures")
+    if run.config.report.animation:
+        _write_animation(run.measurement, folder)
+
+
+def _write_animation(measurement: Measurement, folder: Path) -> None:
+    from shapemorph.io.animations import write_gif, write_mp4
+    from shapemorph.view.animation import strain_film
+
+    film = strain_film(measurement)
+    if film is not None:
+        write_gif(folder / "animation.gif", film)
+        write_mp4(folder / "animation.mp4", film)
 
 
 def _write_summary(run: Finished, folder: Path) -> None:
@@ -170,7 +181,7 @@ def _everything(config: RunConfig) -> Any:
 
 
 def _drawn(config: RunConfig) -> Any:
-    return config.report.model_dump(include={"figures", "theme"})
+    return config.report.model_dump(include={"figures", "theme", "animation"})
 
 
 def _everything_and_noise(config: RunConfig) -> Any:

@@ -54,3 +54,25 @@ def test_a_film_is_read_back_or_not_there_at_all(tmp_path):
     assert found
     assert abs(int(first[40, 60, 0]) - 51) < 8  # lossy
     film.release()
+
+
+def _coloured():
+    frames = np.full((3, 40, 60, 3), 255, np.uint8)
+    for number in range(3):
+        frames[number, 10:30, 10 * number + 5 : 10 * number + 25] = (200, 30, 60)
+    return frames
+
+
+def test_colours_survive_in_a_gif_and_a_film(tmp_path):
+    frames = _coloured()
+    write_gif(tmp_path / "a.gif", frames)
+    with Image.open(tmp_path / "a.gif") as film:
+        for number in range(3):
+            film.seek(number)
+            shown = np.asarray(film.convert("RGB")).astype(int)
+            np.testing.assert_allclose(shown, frames[number], atol=3)
+    if write_mp4(tmp_path / "a.mp4", frames):
+        film = cv2.VideoCapture(str(tmp_path / "a.mp4"))
+        _, first = film.read()
+        film.release()
+        np.testing.assert_allclose(first[20, 15, ::-1].astype(int), (200, 30, 60), atol=25)
