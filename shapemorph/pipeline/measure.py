@@ -108,7 +108,8 @@ def measure(
     Raises
     ------
     ConfigError, DataError, StageError
-        Nothing of a failed stage is stored; what was finished before it is.
+        Nothing of a failed stage is stored; what was finished before it is, unless the
+        settings of a new run are refused.
     """
     for name in (*force, *([until] if until else [])):
         _known(name)
@@ -267,13 +268,14 @@ def _seconds(store: RunStore, record: OutputRecord) -> dict[str, float]:
 
 @contextlib.contextmanager
 def _clean_start(folder: Path, store: RunStore) -> Iterator[None]:
-    """Remove a folder that is new with this run if nothing was computed in it."""
+    """Remove a folder that is new with this run if its settings are refused or nothing is in it."""
     existed = folder.is_dir()
     was_empty = not existed or not any(folder.iterdir())
     try:
         yield
-    except BaseException:
-        if was_empty and store.fingerprint("flatten") is None:
+    except BaseException as error:
+        refused = isinstance(error, ConfigError)  # a region with nothing in it shows late
+        if was_empty and (refused or store.fingerprint("flatten") is None):
             remove_folder(folder)
             if existed:
                 folder.mkdir()

@@ -191,6 +191,20 @@ def test_bad_input_leaves_no_trace_in_a_new_folder(workshop, existed):
     assert not existed or not list(workshop.run_folder.iterdir())
 
 
+def test_settings_refused_late_leave_no_trace_in_a_new_folder_and_all_in_an_old_one(workshop):
+    workshop.failing["correlate"] = ConfigError("the region holds no pixel")
+    with pytest.raises(ConfigError):
+        workshop.measure()
+    assert not workshop.run_folder.exists()
+    workshop.failing.clear()
+    workshop.measure()
+    workshop.failing["correlate"] = ConfigError("the region holds no pixel")
+    with pytest.raises(ConfigError):
+        workshop.measure(correlate={"spacing": 9})
+    workshop.failing.clear()
+    assert workshop.measure(correlate={"spacing": 9})[0][0] == "correlate"
+
+
 def test_a_full_disk_while_writing_an_output_keeps_the_stages(workshop):
     workshop.failing["measurement"] = OSError(errno.ENOSPC, "No space left on device")
     with pytest.raises(OSError, match="No space"):
