@@ -10,6 +10,7 @@ from shapemorph.config.calibrate import (
 )
 from shapemorph.config.correlate import CorrelateConfig, OddSize
 from shapemorph.config.flatten import FlattenConfig, FlatteningMethod
+from shapemorph.config.forming import CutConfig, FormingConfig
 from shapemorph.config.inputs import Channel, InputsConfig, Polygon, RegionConfig
 from shapemorph.config.match import MatchConfig
 from shapemorph.config.morph import Law, MorphConfig
@@ -29,11 +30,13 @@ __all__ = [
     "Channel",
     "ClusterConfig",
     "CorrelateConfig",
+    "CutConfig",
     "DamageConfig",
     "EquipmentConfig",
     "FlattenConfig",
     "FlatteningMethod",
     "FoldersConfig",
+    "FormingConfig",
     "InputsConfig",
     "Law",
     "LiftConfig",

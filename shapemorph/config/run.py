@@ -1,12 +1,13 @@
 """The YAML file of a whole run."""
 
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from shapemorph.config.assess import AssessConfig
 from shapemorph.config.correlate import CorrelateConfig
 from shapemorph.config.flatten import FlattenConfig
+from shapemorph.config.forming import FormingConfig
 from shapemorph.config.inputs import InputsConfig
 from shapemorph.config.match import MatchConfig
 from shapemorph.config.morph import MorphConfig
@@ -35,6 +36,13 @@ class RunConfig(Section):
     lift: LiftConfig = LiftConfig()
     align: AlignConfig = AlignConfig()
     strain: StrainConfig = StrainConfig()
+    forming: FormingConfig = FormingConfig()
     reconstruct: ReconstructConfig = ReconstructConfig()
     report: ReportConfig = ReportConfig()
     assess: AssessConfig = AssessConfig()
+
+    @model_validator(mode="after")
+    def _stress_needs_a_thickness(self) -> Self:
+        if self.forming.pressure is not None and self.strain.thickness is None:
+            raise ValueError("forming.pressure gives a stress only with strain.thickness: set both")
+        return self

@@ -41,6 +41,9 @@ class StrainConfig(Section):
     """Section `strain`: the local fit."""
 
     window: int = Field(5, ge=3, le=51, description="points across the fitting window, odd")
+    thickness: float | None = Field(
+        None, gt=0, description="of the sheet before the deformation, mm: gives a map of thickness"
+    )
 
     @model_validator(mode="after")
     def _window_has_a_centre(self) -> Self:

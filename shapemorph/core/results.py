@@ -1,9 +1,11 @@
 """All that a finished measurement consists of, for the figures and the report."""
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
 from shapemorph.core.flattened import FlattenedPair
+from shapemorph.core.forming import Forming
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.laws import LawSpread
 from shapemorph.core.matching import Matches
@@ -34,6 +36,8 @@ class RunResults:
     reference_mesh, deformed_mesh : TexturedMesh
     spread : LawSpread or None
         Of several morph laws; None: not asked for.
+    forming : Forming
+        Limits, sections, domes; empty where not asked for.
     """
 
     pair: FlattenedPair
@@ -48,3 +52,4 @@ class RunResults:
     reference_mesh: TexturedMesh
     deformed_mesh: TexturedMesh
     spread: LawSpread | None = None
+    forming: Forming = dataclasses.field(default_factory=Forming)

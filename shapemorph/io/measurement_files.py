@@ -104,13 +104,18 @@ def table_columns(measurement: Measurement) -> dict[str, Floats]:
     """Columns of measurement.csv, in order, with the unit in every name that has one."""
     columns = _columns(REFERENCE, measurement.reference)
     for quantity in QUANTITIES:
-        columns |= _columns(quantity, measurement.arrays[quantity.name])
+        if not quantity.only_with or quantity.name in measurement.arrays:
+            columns |= _columns(quantity, measurement.arrays[quantity.name])
     return columns
 
 
 def write_csv(path: Path, measurement: Measurement) -> None:
     """Write one row a point; missing values are `nan`, numbers hold 10 significant digits."""
-    columns = table_columns(measurement)
+    write_table(path, table_columns(measurement))
+
+
+def write_table(path: Path, columns: dict[str, Floats]) -> None:
+    """Write columns (N,) under their names, likewise; the folder is made where missing."""
     formats = ["%d" if name in INTEGER_COLUMNS else "%.10g" for name in columns]
     table = np.stack(
         [np.nan_to_num(v) if n in INTEGER_COLUMNS else v for n, v in columns.items()], axis=1

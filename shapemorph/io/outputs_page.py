@@ -107,7 +107,8 @@ def _row(quantity: Quantity) -> str:
     columns = ", ".join(f"`{column}`" for column in quantity.columns) or "–"
     numbers = quantity.kind + (f" × {quantity.components}" if quantity.components > 1 else "")
     cells = (f"`{quantity.name}`", quantity.symbol, quantity.unit, numbers)
-    return _line(*cells, quantity.formula, quantity.source, columns)
+    condition = f"; only with `{quantity.only_with}`" if quantity.only_with else ""
+    return _line(*cells, quantity.formula + condition, quantity.source, columns)
 
 
 def _small_rows(table: tuple[tuple[str, str, str, str], ...]) -> Iterator[str]:

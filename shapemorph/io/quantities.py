@@ -24,6 +24,8 @@ class Quantity:
         "mm", "px", or "1" where it has none.
     kind : str
         Type of its numbers.
+    only_with : str
+        Setting without which it is not there; empty: always there.
     column : str
         Name in measurement.csv; with ``{}`` for the letter of a component, empty where it
         is not in the table.
@@ -42,6 +44,7 @@ class Quantity:
     letters: Sequence[str] = ""
     components: int = 1
     kind: str = "float64"
+    only_with: str = ""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -193,6 +196,27 @@ QUANTITIES: tuple[Quantity, ...] = (
     _spatial(
         *("sigma_deformed_position", "σ(x)"),
         "1 σ of each coordinate, against the true place of the material at the reference position",
+    ),
+    _scalar("thinning", "1 − t/t₀", "1 − exp(ε₃): share of the thickness that is lost", "E1, E2"),
+    Quantity(
+        *("thickness", "t", "mm", "t₀ exp(ε₃)", "E1, E2, strain.thickness", "thickness_mm"),
+        only_with="strain.thickness",
+    ),
+    Quantity(
+        *("sigma_thickness", "σ(t)", "mm", "t σ(ε₃); t₀ taken as exact"),
+        *("sigma_thickness_strain", "sigma_thickness_mm"),
+        only_with="strain.thickness",
+    ),
+    Quantity(
+        *("limit_margin", "Δε₁", "1"),
+        "limit(ε₂) − ε₁: Hencky strain left before the forming-limit curve; NaN beyond its ends",
+        *("hencky_1, hencky_2, forming.limit_curve", "limit_margin"),
+        only_with="forming.limit_curve",
+    ),
+    Quantity(
+        *("sigma_limit_margin", "σ(Δε₁)", "1", "1 σ, random part; the curve taken as exact"),
+        *("sigma_E1, sigma_E2", "sigma_limit_margin"),
+        only_with="forming.limit_curve",
     ),
     _vector("tangent_1", "T₁", "first unit vector of the basis of `E_tangent`, reference", _STRAIN),
     _vector("tangent_2", "T₂", "second unit vector of the basis of `E_tangent`", _STRAIN),

@@ -59,6 +59,7 @@ def measures_of(field: StrainField) -> dict[str, Floats]:
     tensor = field.tensor
     return {
         **principal_measures(field.e1, field.e2),
+        "thinning": -np.expm1(-(hencky_of(field.e1) + hencky_of(field.e2))),
         "anisotropy": field.e1 / np.where(clear & (field.e2 != 0), field.e2, np.nan),
         "E_tangent": np.stack([tensor[..., 0, 0], tensor[..., 1, 1], tensor[..., 0, 1]], axis=-1),
         "tangent_1": field.tangent[..., 0, :],

@@ -70,13 +70,15 @@ class Drawing:
 
     def all_reached(self, results: RunResults) -> None:
         """Ask for all other figures, now that every stage is up to date."""
-        from shapemorph.view.figures import histogram_figures, law_figures
+        from shapemorph.view.figures import forming_figures, histogram_figures, law_figures
         from shapemorph.view.shapes import shape_figures, shapes_of
 
         for stage in tuple(self._waiting):
             self.reached(stage)
         self._process.draw_in_scene(shape_figures, shapes_of(results))
         self._process.draw(histogram_figures, results.measurement)
+        if results.forming.figures:
+            self._process.draw(forming_figures, results.measurement, results.forming)
         if results.spread and len(results.spread.laws) > 1:
             self._process.draw(law_figures, results, results.spread)
 

@@ -8,6 +8,7 @@ import numpy as np
 from shapemorph.config import Law, RegionConfig, RunConfig
 from shapemorph.core.arrays import Floats
 from shapemorph.core.errors import ConfigError, DataError
+from shapemorph.core.forming import LimitCurve
 from shapemorph.core.inputreports import InputReports
 from shapemorph.core.landmarks import Landmarks
 from shapemorph.core.laws import LawInputs
@@ -19,6 +20,8 @@ from shapemorph.pipeline.fingerprints import file_fingerprint, files_fingerprint
 from shapemorph.pipeline.law_inputs import law_files, law_fingerprint, read_law_inputs
 
 _SIDES = ("reference", "deformed")
+_LIMITS = ("region", "rigid_region")
+_CURVES = ("meridian", "limit_curve")
 _LAW_SOURCES = ("law_inputs", "all_law_inputs")
 _SAME_OBJECT = 6.0  # a rubber balloon grows threefold; units differ tenfold or more
 
@@ -27,8 +30,8 @@ class Inputs:
     """Sources of a run by name.
 
     They are reference, deformed, reports, landmarks, region, rigid_region, law_inputs (what
-    the main morph law reads), all_law_inputs (what all listed laws read) and noise, which no
-    stage reads.
+    the main morph law reads), all_law_inputs (what all listed laws read), and limit_curve and
+    noise, which no stage reads.
     Each is loaded once, when a stage first asks for it.
     """
 
@@ -87,6 +90,7 @@ class Inputs:
             self._config.inputs.landmarks,
             self._config.flatten.profile,
             self._config.report.noise,
+            self._config.forming.limit_curve,
             *(r.mask for r in regions if r is not None),
         ]
         others = [path for path in optional if path is not None]
@@ -105,11 +109,11 @@ class Inputs:
         ConfigError
             If landmarks are needed and none are given.
         DataError
-            If a mask, a meridian, a noise floor or a file of a morph law is missing or not
-            what it should be; if landmarks cannot be read, are fewer than three, lie on one
-            line or are mirrored.
+            If a mask, a meridian, a limit curve, a noise floor or a file of a morph law is
+            missing or not what it should be; if landmarks cannot be read, are fewer than
+            three, lie on one line or are mirrored.
         """
-        for source in ("region", "rigid_region", "meridian", "all_law_inputs", "noise"):
+        for source in (*_LIMITS, *_CURVES, "all_law_inputs", "noise"):
             self.load(source)
         landmarks, method = self.load("landmarks"), self._config.align.method
         if landmarks is None:
@@ -134,9 +138,8 @@ class Inputs:
             path = self._config.inputs.landmarks
             content = None if path is None else file_fingerprint(path)
             return fingerprint(content, self.unit("reference"), self.unit("deformed"))
-        if name == "meridian":
-            profile = self._config.flatten.profile
-            return fingerprint(profile and (file_fingerprint(profile), self.unit("deformed")))
+        if name in _CURVES:
+            return self._curve_fingerprint(name)
         if name in _LAW_SOURCES:
             return law_fingerprint(
                 self._config.morph,
@@ -145,6 +148,13 @@ class Inputs:
                 lambda: self.fingerprint("landmarks"),
             )
         return self._region_fingerprint(self._region_config(name))
+
+    def _curve_fingerprint(self, name: str) -> str:
+        if name == "meridian":
+            profile = self._config.flatten.profile
+            return fingerprint(profile and (file_fingerprint(profile), self.unit("deformed")))
+        curve = self._config.forming.limit_curve
+        return fingerprint(curve and file_fingerprint(curve))
 
     def _region_fingerprint(self, region: RegionConfig | None) -> str:
         if region is None:
@@ -163,8 +173,8 @@ class Inputs:
             return self._read_mesh(name)[0]
         if name == "reports":
             return self._read_reports()
-        if name == "meridian":
-            return self._read_meridian()
+        if name in _CURVES:
+            return self._read_meridian() if name == "meridian" else self._read_limit_curve()
         if name == "noise":
             return self._read_noise()
         if name in _LAW_SOURCES:
@@ -254,6 +264,12 @@ class Inputs:
 
         path = self._config.report.noise
         return None if path is None else read_noise(path)
+
+    def _read_limit_curve(self) -> LimitCurve | None:
+        from shapemorph.io.limit_curves import read_limit_curve
+
+        path = self._config.forming.limit_curve
+        return None if path is None else read_limit_curve(path)
 
     def _read_region(self, name: str) -> Region | None:
         config = self._region_config(name)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shapemorph.config import RunConfig
+from shapemorph.core.forming import Forming
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.results import RunResults
 from shapemorph.io.config_files import config_text
@@ -65,13 +66,26 @@ class Finished:
     @functools.cached_property
     def measurement(self) -> Measurement:
         """Every measured point."""
+        return self._with_forming[0]
+
+    @property
+    def forming(self) -> Forming:
+        """What is asked for beyond the field."""
+        return self._with_forming[1]
+
+    @functools.cached_property
+    def _with_forming(self) -> tuple[Measurement, Forming]:
+        from shapemorph.io.meshes import MM_PER_UNIT
         from shapemorph.methods.assemble import assemble_measurement
         from shapemorph.methods.charts.ownership import assign_points
+        from shapemorph.pipeline.forming import with_forming
 
         load = self.results.load
         grid, tracked = load("correlate"), load("lift")
         ownership = assign_points(load("flatten"), grid, tracked)
-        return assemble_measurement(grid, tracked, load("align"), load("strain"), ownership)
+        bare = assemble_measurement(grid, tracked, load("align"), load("strain"), ownership)
+        unit = self.config.inputs.reference_units or self.config.inputs.units
+        return with_forming(bare, self.config, load("limit_curve"), float(MM_PER_UNIT[unit]))
 
     def nouns(self) -> RunResults:
         """Collect everything for the figures, with a summary as it stands now."""
@@ -86,6 +100,7 @@ class Finished:
             field=load("strain"),
             spread=load("spread"),
             measurement=self.measurement,
+            forming=self.forming,
             summary={},
             reference_mesh=load("reference"),
             deformed_mesh=load("deformed"),
@@ -143,6 +158,14 @@ def _write_measurement(run: Finished, folder: Path) -> None:
     write_measurement(folder, run.measurement, config)
 
 
+def _write_sections(run: Finished, folder: Path) -> None:
+    from shapemorph.io.measurement_files import write_table
+    from shapemorph.pipeline.forming import cut_table
+
+    for cut in run.forming.cuts:
+        write_table(folder / "sections" / f"{cut.name}.csv", cut_table(run.measurement, cut))
+
+
 def _write_figures(run: Finished, folder: Path) -> None:
     if run.config.report.figures:
         from shapemorph.view.figures import write_pictures
@@ -177,11 +200,18 @@ def _write_report(run: Finished, folder: Path) -> None:
 
 
 def _everything(config: RunConfig) -> Any:
-    return config.model_dump(mode="json")
+    return config.model_dump(mode="json"), _curve(config)
+
+
+def _curve(config: RunConfig) -> str | None:
+    """Content of the limit curve, which no stage reads."""
+    path = config.forming.limit_curve
+    return None if path is None else file_fingerprint(path)
 
 
 def _drawn(config: RunConfig) -> Any:
-    return config.report.model_dump(include={"figures", "theme", "animation"})
+    report = config.report.model_dump(include={"figures", "theme", "animation"})
+    return report, config.forming.model_dump(mode="json"), _curve(config)
 
 
 def _everything_and_noise(config: RunConfig) -> Any:
@@ -191,15 +221,18 @@ def _everything_and_noise(config: RunConfig) -> Any:
 
 _ALL = ("inputs", "flatten", "match", "morph", "correlate", "lift", "spread", "align", "strain")
 
+_MEASURED = ("flatten", "correlate", "lift", "align", "strain")
+
 OUTPUTS: tuple[Output, ...] = (
     Output("run.yaml", (), _everything, _write_config),
     Output("flatten", ("flatten",), lambda _: None, _write_pictures),
     Output(
         "measurement",
-        ("flatten", "correlate", "lift", "align", "strain"),
+        _MEASURED,
         _everything,
         _write_measurement,
     ),
+    Output("sections", _MEASURED, _everything, _write_sections),
     Output("figures", _ALL, _drawn, _write_figures),
     Output("summary", _ALL, _everything_and_noise, _write_summary),
     Output("report", _ALL, _everything_and_noise, _write_report),

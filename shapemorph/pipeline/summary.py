@@ -32,7 +32,7 @@ _PACKAGES = (
 )
 _OTHER_DISTRIBUTIONS = {"open3d": ("open3d-cpu",)}
 _SPREADS = (
-    *("E1", "E2", "hencky_1", "hencky_2", "area_ratio", "thickness_strain"),
+    *("E1", "E2", "hencky_1", "hencky_2", "area_ratio", "thickness_strain", "thinning"),
     *("sigma_E1", "sigma_E2", "sigma_thickness_strain"),
 )
 _DIRECTIONS = (
@@ -65,6 +65,7 @@ def summarise(
         "lift": {"mesh_noise_mm": results.tracked.mesh_noise.tolist()},
         "align": _alignment(results),
         "strain": _strain(results.field, results.measurement, results.grid.spacing),
+        **({"forming": results.forming.figures} if results.forming.figures else {}),
         **systematic_figures(results.spread),
         **run_figures(seconds),
     }

@@ -65,12 +65,50 @@ CAPTIONS = {
 """In the order of the report."""
 
 
+_FORMING = "Forming"
+
+ON_REQUEST = {
+    "forming_limits": Caption(
+        _FORMING,
+        "Forming-limit diagram: major over minor Hencky strain of every point, the limit curve "
+        "where one is given, and the point nearest to it or beyond it.",
+    ),
+    "limit_margin": Caption(
+        _FORMING,
+        "Margin to the forming-limit curve, limit(ε₂) − ε₁, Hencky, no unit; negative beyond it; "
+        "grey where the curve says nothing.",
+    ),
+    "thickness": Caption(
+        _FORMING,
+        "Thickness t = t₀ exp(ε₃) of the sheet, mm, from the nominal thickness t₀ and constant "
+        "volume.",
+    ),
+}
+"""Figures of what not every run asks for."""
+
+SECTION = "section_"
+"""The names of the figures of sections begin so."""
+
+
 def caption_of(name: str) -> Caption:
     """Caption of a figure by the name of its file, without suffix; its own name if unknown."""
-    return CAPTIONS.get(name, Caption("More figures", name.replace("_", " ")))
+    if name.startswith(SECTION):
+        return Caption(
+            _FORMING,
+            f"Section {name.removeprefix(SECTION)}: shapes, displacement (mm, after alignment), "
+            "principal Green–Lagrange strains and thinning along the cut; bands of two standard "
+            "deviations, random part.",
+        )
+    known = CAPTIONS | ON_REQUEST
+    return known.get(name, Caption("More figures", name.replace("_", " ")))
 
 
 def report_order(name: str) -> tuple[int, str]:
     """Sort key of a figure: known ones in the order of the report, the others after them."""
-    names = list(CAPTIONS)
-    return (names.index(name) if name in CAPTIONS else len(names), name)
+    names = [*CAPTIONS]
+    names[_AFTER_STRAIN:_AFTER_STRAIN] = [*ON_REQUEST, SECTION]
+    known = SECTION if name.startswith(SECTION) else name
+    return (names.index(known) if known in names else len(names), name)
+
+
+_AFTER_STRAIN = list(CAPTIONS).index("displacement")

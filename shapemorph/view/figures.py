@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shapemorph.core.flattened import FlattenedPair, FlattenedSurface
+from shapemorph.core.forming import Forming
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawSpread
@@ -12,6 +13,7 @@ from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.results import RunResults
+from shapemorph.view.captions import SECTION
 from shapemorph.view.maps import (
     correlation_figure,
     distortion_figure,
@@ -70,6 +72,16 @@ def correlation_figures(reference: GreyImage, grid: CorrelationGrid) -> Named:
 def histogram_figures(measurement: Measurement) -> Named:
     """Draw how status, ZNCC and strain are spread over the points."""
     yield "histograms", histograms_figure(measurement)
+
+
+def forming_figures(measurement: Measurement, forming: Forming) -> Named:
+    """Draw the forming-limit diagram and the sections that were asked for."""
+    from shapemorph.view.forming import limit_figure, section_figure
+
+    if forming.diagram:
+        yield "forming_limits", limit_figure(measurement, forming)
+    for cut in forming.cuts:
+        yield f"{SECTION}{cut.name}", section_figure(measurement, cut)
 
 
 def law_figures(results: RunResults, spread: LawSpread) -> Named:

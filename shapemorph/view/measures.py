@@ -77,6 +77,18 @@ FURTHER_MEASURES = (
 """Shown by the interactive view alone."""
 
 
+ON_REQUEST = (
+    Measure("limit_margin", "Δε₁", "Margin to the limit curve", "–", "limit(ε₂) − ε₁, Hencky."),
+    Measure("thickness", "t", "Thickness", "mm", "t = t₀ exp(ε₃), constant volume."),
+)
+"""Measures that are only there where they are asked for."""
+
+
+def measures_in(measurement: Measurement) -> tuple[Measure, ...]:
+    """All measures that a measurement has values of."""
+    return (*MEASURES, *(m for m in ON_REQUEST if m.key in measurement.arrays))
+
+
 def measure_values(measurement: Measurement, measure: Measure) -> Floats:
     """Values (N,) of a measure at every point, NaN where lost."""
     component = {"displacement_u": 0, "displacement_v": 1, "displacement_w": 2}.get(measure.key)

@@ -13,7 +13,7 @@ from shapemorph.core.results import RunResults
 from shapemorph.core.surface import Alignment
 from shapemorph.view.camera import View, outer_view, second_view
 from shapemorph.view.layout import Heading, views_figure
-from shapemorph.view.measures import MEASURES, Measure, measure_values
+from shapemorph.view.measures import Measure, measure_values, measures_in
 from shapemorph.view.render import MAX_TEXTURE, Painter, Picture, Scene
 from shapemorph.view.style import colour_scale, reduced
 
@@ -90,7 +90,7 @@ def shape_figures(shapes: Shapes, scene: Scene) -> Iterator[tuple[str, "Figure"]
     painter = scene.add_coloured(deformed[used], cells.reshape(-1, 4))
     scene.add_bare(carried.vertices, carried.faces)
     views = (after, second_view(after, deformed[used], TILT))
-    for measure in MEASURES:
+    for measure in measures_in(measurement):
         values = measure_values(measurement, measure)[used]
         yield measure.key, _measure_figure(scene, painter, measure, values, views)
 

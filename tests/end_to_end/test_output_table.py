@@ -16,6 +16,8 @@ from shapemorph.io.quantities import (
     WARP,
 )
 
+ALWAYS = [quantity for quantity in QUANTITIES if not quantity.only_with]
+
 
 @pytest.fixture(scope="session")
 def field(measured):
@@ -23,7 +25,7 @@ def field(measured):
 
 
 def test_the_vtp_holds_exactly_the_listed_arrays(field):
-    listed = {q.name: (q.kind, q.components) for q in QUANTITIES}
+    listed = {q.name: (q.kind, q.components) for q in ALWAYS}
     found = {
         name: (values.dtype.name, values.shape[1] if values.ndim > 1 else 1)
         for name, values in field.arrays.items()
@@ -33,9 +35,9 @@ def test_the_vtp_holds_exactly_the_listed_arrays(field):
 
 def test_the_csv_holds_exactly_the_listed_columns_with_their_values(measured, field):
     columns = read_csv(measured / "measurement.csv")
-    assert list(columns) == [c for q in (REFERENCE, *QUANTITIES) for c in q.columns]
+    assert list(columns) == [c for q in (REFERENCE, *ALWAYS) for c in q.columns]
     values = {REFERENCE.name: field.reference, **field.arrays}
-    for quantity in (REFERENCE, *QUANTITIES):
+    for quantity in (REFERENCE, *ALWAYS):
         for number, column in enumerate(quantity.columns):
             expected = values[quantity.name].reshape(len(field.reference), -1)[:, number]
             if quantity.name == "iterations":

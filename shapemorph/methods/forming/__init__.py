@@ -1,0 +1,1 @@
+"""Sheet forming: limits, thickness, cuts through a specimen, domes."""
