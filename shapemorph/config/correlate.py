@@ -35,7 +35,9 @@ class CorrelateConfig(Section):
         None, description="width of a subset, odd, px; empty: from the speckle"
     )
     spacing: Annotated[int, Field(ge=1, le=200)] | None = Field(
-        None, description="distance between points, px; empty: from the subset"
+        None,
+        description="distance between points, px; empty: from the subset, finer where the "
+        "flattening shows a part of the surface much smaller than the rest",
     )
     order: Literal[0, 1, 2] = Field(1, description="order of the subset shape function")
     threads: Annotated[int, Field(ge=1)] | None = Field(

@@ -106,7 +106,9 @@ def _correlate(
     morphed: Morphed,
     section: CorrelateConfig,
 ) -> CorrelationGrid:
+    from shapemorph.methods.even_spacing import even_spacing
     from shapemorph.methods.morphing import morph_surface
+    from shapemorph.methods.subset_choice import choose_subset
     from shapemorph.stages.correlate import correlate
 
     image = pair.reference.calibrated
@@ -114,6 +116,10 @@ def _correlate(
     def remorph(warp: Warp) -> GreyImage:
         return morph_surface(deformed, pair.deformed.calibrated, warp, image.image.shape)
 
+    if section.spacing is None:
+        choice = choose_subset(image.image, subset_size=section.subset_size, spacing=None)
+        spacing = even_spacing(choice.spacing, pair.reference.distortion)
+        section = section.model_copy(update={"spacing": spacing})
     limits = _region_pixels(region, reference, image)
     return correlate(image.image, remorph, morphed, section, limits)
 
