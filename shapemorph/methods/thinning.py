@@ -6,6 +6,7 @@ from shapemorph.core.arrays import Floats, Ints
 
 MOST_HALVINGS = 6
 """The largest block has 2 to this power quads a side."""
+ROUND_OFF = 1e-6
 
 
 def thinned_quads(cells: Ints, positions: Floats, *, most: int) -> Ints:
@@ -19,7 +20,7 @@ def thinned_quads(cells: Ints, positions: Floats, *, most: int) -> Ints:
     cells : (M, 4)
         Quads of neighbours on a regular grid, as row numbers of `positions`.
     positions : (N, 2)
-        Of the grid points, px.
+        Of the grid points, px; no two points of cells at one place.
     most : int
         Number of quads that is aimed at; rims and holes keep theirs.
 
@@ -42,7 +43,7 @@ def thinned_quads(cells: Ints, positions: Floats, *, most: int) -> Ints:
 def _places(cells: Ints, positions: Floats) -> Ints:
     """Column and row (N, 2) of each point in its grid."""
     spacing = np.ptp(positions[cells, 0], axis=1).min()
-    place: Ints = np.round(positions / spacing).astype(np.int64)
+    place: Ints = np.floor(positions / spacing + ROUND_OFF).astype(np.int64)
     return place
 
 

@@ -55,7 +55,7 @@ def viewer_data(measurement: Measurement) -> ViewerData | None:
     """
     if not len(measurement.cells):
         return None
-    quads = thinned_quads(measurement.cells, measurement.arrays["reference_px"], most=MOST_QUADS)
+    quads = thinned_quads(measurement.cells, _apart(measurement), most=MOST_QUADS)
     used, corners = np.unique(quads, return_inverse=True)
     rows = np.concatenate([used, _lost_rows(measurement)])
     measures = [m for m in (*MEASURES, *FURTHER_MEASURES) if _has(measurement, m)]
@@ -81,6 +81,13 @@ def viewer_data(measurement: Measurement) -> ViewerData | None:
         "view": _first_view(measurement, used, corners.reshape(-1, 4)),
     }
     return ViewerData(about, base64.b64encode(content).decode("ascii"))
+
+
+def _apart(measurement: Measurement) -> Floats:
+    """Places of the points in the reference picture (N, 2), those of its charts side by side."""
+    places = measurement.arrays["reference_px"]
+    chart = measurement.arrays["chart"][:, None]
+    return np.asarray(places + chart * [np.ceil(places[:, 0].max()) + 1, 0], dtype=np.float64)
 
 
 def _lost_rows(measurement: Measurement) -> Ints:

@@ -169,6 +169,7 @@ def _measurement(tracked, grid, field):
     whole = (grid.status.ravel()[cells] == PointStatus.OK).all(axis=1)
     arrays = {
         "status": grid.status.ravel(),
+        "chart": np.zeros(grid.status.size, dtype=np.int64),
         "reference_px": grid.reference_px.reshape(-1, 2),
         "deformed_position": tracked.deformed.reshape(-1, 3),
         "displacement": aligned - reference,

@@ -56,6 +56,24 @@ def test_a_large_surface_is_thinned_and_stays_small(scene):
     assert data.about["is_thinned"]
 
 
+def test_charts_whose_pictures_lie_at_one_place_are_thinned_apart(scene):
+    one = scene.make(spacing=2.4, lose=False, mesh_size=(7, 5)).measurement
+    number = len(one.reference)
+    arrays = {name: np.concatenate([values, values]) for name, values in one.arrays.items()}
+    arrays["chart"] = np.repeat([0, 1], number)
+    twice = Measurement(
+        np.concatenate([one.reference, one.reference + np.array([0, 0, 9])]),
+        np.concatenate([one.cells[: MOST_QUADS // 2], one.cells[3:] + number]),
+        arrays,
+    )
+    data = viewer_data(twice)
+    assert data.about["is_thinned"]
+    rows = _array(data, "row")[_array(data, "quads").reshape(-1, 4)]
+    assert rows.max() < 2 * number
+    chart = arrays["chart"][rows]
+    assert (chart == chart[:, :1]).all()
+
+
 def test_without_quads_there_is_no_view(results):
     measurement = results.measurement
     none = np.zeros((0, 4), dtype=np.int64)
