@@ -134,23 +134,21 @@ class Result:
     def _figure(self, name: str, state: State) -> Any:
         from shapemorph.io.quantities import QUANTITIES
         from shapemorph.view.layout import Heading
+        from shapemorph.view.measures import measure_of
         from shapemorph.view.one_measure import field_figure
 
         values = self._scalar(name)
         if not len(self.cells):
             raise DataError("expected a cell of four OK neighbours to draw on, got none")
-        array = "displacement" if name in _COMPONENTS else name
-        known = {q.name: (q.symbol, q.unit, q.formula) for q in QUANTITIES}
-        symbol, unit, formula = known.get(array, (name, "1", ""))
-        if array == "displacement":
-            symbol = name if name in _COMPONENTS else "|u|"
-        return field_figure(
-            self._shape(state),
-            self.cells,
-            values,
-            heading=Heading(f"{name} on the {state} shape", formula),
-            label=symbol if unit == "1" else f"{symbol}  [{unit}]",
-        )
+        measure = measure_of(name)
+        if measure is not None:
+            title, note, label = measure.title, measure.note, measure.label
+        else:
+            known = {q.name: (q.symbol, q.unit, q.formula) for q in QUANTITIES}
+            symbol, unit, note = known.get(name, (name, "1", ""))
+            title, label = name, f"{symbol}  [{'–' if unit == '1' else unit}]"
+        heading = Heading(f"{title} on the {state} shape", note)
+        return field_figure(self._shape(state), self.cells, values, heading=heading, label=label)
 
     def _scalar(self, name: str) -> "Floats":
         import numpy as np

@@ -59,6 +59,12 @@ _SIGMA = "One standard deviation of the random part."
 FURTHER_MEASURES = (
     Measure("hencky_1", "ε₁", "Larger principal Hencky strain", "–", "ln λ₁."),
     Measure("hencky_2", "ε₂", "Smaller principal Hencky strain", "–", "ln λ₂."),
+    Measure("stretch_1", "λ₁", "Larger principal stretch", "–", "√(1 + 2 E₁)."),
+    Measure("stretch_2", "λ₂", "Smaller principal stretch", "–", "√(1 + 2 E₂)."),
+    Measure(
+        "shear_max", "E₁₂ max", "Largest Green–Lagrange shear", "–", "(E₁ − E₂)/2, tensor shear."
+    ),
+    Measure("area_ratio", "J", "Ratio of areas", "–", "λ₁ λ₂."),
     Measure(
         *("thickness_strain", "ε₃", "Thickness strain (Hencky)", "–"),
         "−(ε₁ + ε₂), for constant volume.",
@@ -76,7 +82,6 @@ FURTHER_MEASURES = (
 )
 """Shown by the interactive view alone."""
 
-
 ON_REQUEST = (
     Measure("limit_margin", "Δε₁", "Margin to the limit curve", "–", "limit(ε₂) − ε₁, Hencky."),
     Measure("thickness", "t", "Thickness", "mm", "t = t₀ exp(ε₃), constant volume."),
@@ -87,6 +92,13 @@ ON_REQUEST = (
 def measures_in(measurement: Measurement) -> tuple[Measure, ...]:
     """All measures that a measurement has values of."""
     return (*MEASURES, *(m for m in ON_REQUEST if m.key in measurement.arrays))
+
+
+def measure_of(array: str) -> Measure | None:
+    """Find the measure of a scalar array, or of ``u``, ``v``, ``w``; None: it has none."""
+    key = f"displacement_{array}" if array in ("u", "v", "w") else array
+    everything = (*MEASURES, *FURTHER_MEASURES, *ON_REQUEST)
+    return next((measure for measure in everything if measure.key == key), None)
 
 
 def measure_values(measurement: Measurement, measure: Measure) -> Floats:

@@ -14,7 +14,7 @@ from shapemorph.core.status import PointStatus
 from shapemorph.methods.thinning import thinned_quads
 from shapemorph.view.camera import outer_view, second_view
 from shapemorph.view.colour_maps import DIVERGING, SEQUENTIAL, colour_table
-from shapemorph.view.measures import FURTHER_MEASURES, MEASURES, Measure, measure_values
+from shapemorph.view.measures import FURTHER_MEASURES, Measure, measure_values, measures_in
 from shapemorph.view.style import BARE, STATUS_COLOURS, STATUS_WORDS, colour_scale
 
 MOST_QUADS = 40_000
@@ -58,7 +58,10 @@ def viewer_data(measurement: Measurement) -> ViewerData | None:
     quads = thinned_quads(measurement.cells, _apart(measurement), most=MOST_QUADS)
     used, corners = np.unique(quads, return_inverse=True)
     rows = np.concatenate([used, _lost_rows(measurement)])
-    measures = [m for m in (*MEASURES, *FURTHER_MEASURES) if _has(measurement, m)]
+    measures = [
+        *measures_in(measurement),
+        *(m for m in FURTHER_MEASURES if m.key in measurement.arrays),
+    ]
     scalars = {m.key: measurement.arrays[m.key] for m in measures if _is_stored(measurement, m)}
     arrays = {
         "row": rows,
@@ -95,11 +98,6 @@ def _lost_rows(measurement: Measurement) -> Ints:
     status = measurement.arrays["status"]
     lost = np.flatnonzero((status != PointStatus.OK) & (status != PointStatus.OUTSIDE_MASK))
     return lost[:: max(1, -(-len(lost) // MOST_LOST))]
-
-
-def _has(measurement: Measurement, measure: Measure) -> bool:
-    """Whether there is anything to show of a measure."""
-    return measure.key.startswith("displacement") or measure.key in measurement.arrays
 
 
 def _is_stored(measurement: Measurement, measure: Measure) -> bool:

@@ -76,9 +76,9 @@ class Browser:
 
     def open(self, address):
         """Load a page; return the seconds until it is there and has answered."""
-        begin = time.monotonic()
+        begin, seen = time.monotonic(), len(self.events)
         self.call("Page.navigate", url=address)
-        while not any(event["method"] == "Page.loadEventFired" for event in self.events):
+        while not any(event["method"] == "Page.loadEventFired" for event in self.events[seen:]):
             self._read()
         frames = "requestAnimationFrame(() => requestAnimationFrame(done))"
         self.run(f"new Promise((done) => {frames}).then(() => true)")
