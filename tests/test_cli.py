@@ -21,6 +21,7 @@ from shapemorph.pipeline.stagelist import STAGES
 COMMANDS = {
     "calibrate",
     "reconstruct",
+    "track",
     *("measure", "run", "flatten", "match", "morph", "correlate", "lift", "align", "strain"),
     *(
         "spread",

@@ -10,8 +10,8 @@ from typing import NoReturn
 
 from cyclopts import CycloptsError
 
-from shapemorph.cli.cameras import app
 from shapemorph.cli.console import complain
+from shapemorph.cli.sequences import app
 from shapemorph.core.errors import ShapemorphError
 
 UNEXPECTED, USAGE, INTERRUPTED = 1, 2, 130

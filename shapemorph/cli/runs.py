@@ -124,6 +124,10 @@ def run_config(
     from shapemorph.pipeline.pictures import measures_pictures
 
     config = read_run_config(path, settings)
+    if config.inputs.left is not None:
+        from shapemorph.cli.stereo import track_pictures
+
+        return track_pictures(config, output or _home(path), say)
     if measures_pictures(config):
         from shapemorph.cli.pictures import bring_pictures_up_to_date
 

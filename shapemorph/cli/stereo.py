@@ -1,15 +1,17 @@
 """Stereo experiments at the command line."""
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
-from shapemorph.cli.console import watching
+from shapemorph.cli.console import configure_log, watching
 from shapemorph.cli.options import Say, Settings
-from shapemorph.cli.runs import is_config
+from shapemorph.cli.runs import is_config, print_result
+from shapemorph.cli.words import describe_verdict
 from shapemorph.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from shapemorph.config import TwinConfig
+    from shapemorph.config import RunConfig, TwinConfig
 
 
 def write_stereo_twin(
@@ -21,6 +23,34 @@ def write_stereo_twin(
     config, folder = read_twin(kind, settings), output or Path(f"{Path(kind).stem}_twin")
     with watching(say) as listener:
         return write_twin_case(config, folder, listener=listener), folder
+
+
+def track_pictures(config: "RunConfig", folder: Path, say: Say) -> int:
+    """Measure the stereo sequence of a configuration and print what was found."""
+    from shapemorph.pipeline.stereo_track import track_stereo
+
+    configure_log(say)
+    with watching(say) as listener:
+        found = track_stereo(config, folder, listener=listener)
+    return print_result(found.folder, found.summary, _describe, say)
+
+
+def _describe(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    points, strain = summary["points"], summary["strain"]
+    yield f"points      {points['ok']} of {points['total']} ({points['ok_share']:.1%})"
+    yield (
+        f"displaced   median {summary['displacement_mm']['median']:.4g} mm, largest "
+        f"{summary['displacement_mm']['max']:.4g} mm (1 sigma "
+        f"{summary['sigma_displacement_mm']['median']:.4g} mm)"
+    )
+    for name in ("E1", "E2"):
+        found = strain[name]
+        yield (
+            f"{name}          median {found['median']:.4g}, p1 {found['p1']:.4g}, p99 "
+            f"{found['p99']:.4g} (Green-Lagrange)"
+        )
+    yield from describe_verdict(summary)
+    yield f"results     {folder}"
 
 
 def read_twin(kind: str, settings: Settings) -> "TwinConfig":

@@ -55,6 +55,13 @@ class InputsConfig(Section):
         description="pictures of one view instead of the two: a pattern such as frames/*.tif, or "
         "a TIFF of many pages; the first is the reference",
     )
+    left: Path | None = Field(
+        None, description="pictures of the left camera, one for each state, such as left_*.png"
+    )
+    right: Path | None = Field(None, description="pictures of the right camera, likewise")
+    rig: Path | None = Field(
+        None, description="calibrated cameras of left and right, such as calibration.json"
+    )
     units: Unit = Field("mm", description="length unit of both files, whatever their format")
     reference_units: Unit | None = Field(None, description="overrides units for the reference")
     deformed_units: Unit | None = Field(None, description="overrides units for the deformed")
@@ -73,5 +80,10 @@ class InputsConfig(Section):
         if self.sequence is not None and (self.reference or self.deformed):
             raise ValueError(
                 "sequence stands instead of reference and deformed: give one or the other"
+            )
+        if self.left is not None and (self.reference or self.deformed or self.sequence):
+            raise ValueError(
+                "left and right stand instead of reference, deformed and sequence: give one or "
+                "the other"
             )
         return self

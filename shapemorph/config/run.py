@@ -18,9 +18,17 @@ from shapemorph.config.surface import AlignConfig, LiftConfig, StrainConfig
 
 
 class TrackConfig(Section):
-    """Section `track`: which method of the paper."""
+    """Section `track`: how points are followed from the first state to the last."""
 
-    method: Literal["shape_morphing"] = Field("shape_morphing", description="the stage list")
+    method: Literal["shape_morphing", "image_morphing", "incremental"] = Field(
+        "shape_morphing",
+        description="shape_morphing: two textured shapes, laid flat; of the pictures of two "
+        "cameras: image_morphing: over synthetic pictures between two that differ too much; "
+        "incremental: from state to state",
+    )
+    temporal: bool = Field(
+        False, description="pictures of two cameras: strain of every state, one mesh over time"
+    )
 
 
 class RunConfig(Section):

@@ -19,8 +19,10 @@ class LiftConfig(Section):
 class AlignConfig(Section):
     """Section `align`: the rigid motion between the two files."""
 
-    method: Literal["auto", "landmarks", "icp", "landmarks+icp", "points"] = Field(
-        "auto", description="auto: landmarks where given, else a robust fit to matched points"
+    method: Literal["auto", "landmarks", "icp", "landmarks+icp", "points", "none"] = Field(
+        "auto",
+        description="auto: landmarks where given, else a robust fit to matched points; none: both "
+        "files are in one frame",
     )
     rigid_region: RegionConfig | None = Field(
         None, description="part of the reference that did not deform; icp and points use only it"
@@ -29,10 +31,10 @@ class AlignConfig(Section):
 
     @model_validator(mode="after")
     def _region_has_a_use(self) -> Self:
-        if self.rigid_region is not None and self.method == "landmarks":
+        if self.rigid_region is not None and self.method in ("landmarks", "none"):
             raise ValueError(
                 "rigid_region is for method icp, landmarks+icp, points or auto, got method "
-                "landmarks, which takes no points of the surface: leave one of the two out"
+                f"{self.method}, which takes no points of the surface: leave one of the two out"
             )
         return self
 

@@ -130,7 +130,7 @@ class Alignment:
     translation : (3,) float64
         ``reference_from_deformed``: x_reference_frame = rotation @ x_deformed_frame + translation.
     method : str
-        What carried it: "landmarks", "icp", "points" or a combination.
+        What carried it: "landmarks", "icp", "points" or a combination; "none".
     rms : float
         Root mean square residual of what carried it, mm.
     residuals : (K,) float64
@@ -154,3 +154,18 @@ class Alignment:
     carried_share: float
     carrying_points: Ints
     note: str
+
+    @classmethod
+    def unmoved(cls) -> "Alignment":
+        """Both states are in one frame already."""
+        return cls(
+            rotation=np.eye(3),
+            translation=np.zeros(3),
+            method="none",
+            rms=0.0,
+            residuals=np.zeros(0),
+            carried_by=0,
+            carried_share=1.0,
+            carrying_points=np.zeros(0, dtype=np.int64),
+            note="nothing is moved: both states are in one frame",
+        )

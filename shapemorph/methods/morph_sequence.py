@@ -103,7 +103,7 @@ def _origins(shape: tuple[int, int], warp: Warp, fraction: float) -> Floats:
     height, width = shape
     rows, columns = np.arange(0, height + _STRIDE, _STRIDE), np.arange(0, width + _STRIDE, _STRIDE)
     nodes = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float64)
-    source = _invert(nodes.reshape(-1, 2), warp, fraction).reshape(nodes.shape)
+    source = origins_of_points(nodes.reshape(-1, 2), warp, fraction).reshape(nodes.shape)
     return _between(_between(source, height).swapaxes(0, 1), width).swapaxes(0, 1)
 
 
@@ -114,8 +114,22 @@ def _between(values: Floats, count: int) -> Floats:
     return (1.0 - part) * values[low] + part * values[low + 1]
 
 
-def _invert(targets: Floats, warp: Warp, fraction: float) -> Floats:
-    """Find what comes to lie on each target, by Newton's method; NaN where nothing does."""
+def origins_of_points(targets: Floats, warp: Warp, fraction: float) -> Floats:
+    """Find what a moved picture shows at each target, by Newton's method.
+
+    Parameters
+    ----------
+    targets : (N, 2)
+        Places in the moved picture, px.
+    warp : Warp
+    fraction : float
+        Part of its way that the picture was moved.
+
+    Returns
+    -------
+    (N, 2)
+        Places in the picture itself, px; NaN where nothing comes to lie there.
+    """
     source = _first_guess(targets, warp, fraction)
     for _ in range(_STEPS):
         moved, gradient = warp_points(warp, source)

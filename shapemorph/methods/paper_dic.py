@@ -60,6 +60,7 @@ def correlate_like_paper(
     grid: PointGrid,
     *,
     settings: SearchSettings,
+    starts: Floats | None = None,
 ) -> GridMatches:
     """Match all points of a grid that are inside, coarsely, then finely.
 
@@ -75,12 +76,29 @@ def correlate_like_paper(
         The deformed picture itself, of the shape of the reference.
     grid : PointGrid
     settings : SearchSettings
+    starts : (N, 12) or None
+        First guesses of the points inside, row by row, that stand for the coarse matches.
 
     References
     ----------
     Genovese, Sorgente (2017), method (i), Eq. 1-2, doi:10.1016/j.optlaseng.2017.06.020.
     """
     start = time.perf_counter()
+    if starts is None:
+        chosen, starts = _coarse(reference, moved, grid, settings)
+    else:
+        chosen = np.argwhere(grid.inside)
+    place = tuple(chosen.T)
+    fine = _fine(reference, deformed, grid.points[place], starts, settings.subset)
+    found = merged_matches(empty_matches(grid), fine, chosen)
+    found = judged_matches(found, grid.spacing, settings.limits)
+    return replace(found, seconds=time.perf_counter() - start)
+
+
+def _coarse(
+    reference: ReferencePicture, moved: GreyImage, grid: PointGrid, settings: SearchSettings
+) -> tuple[Ints, Floats]:
+    """Rows and columns (M, 2) of the points that have a first guess, and these (M, 12)."""
     alike = np.zeros(grid.inside.shape, dtype=bool)
     shift = np.zeros((*alike.shape, 2))
     shift[grid.inside], likeness = whole_pixel_shifts(
@@ -90,11 +108,7 @@ def correlate_like_paper(
     guess, slope, known = first_guesses(grid, shift, alike)
     chosen = np.argwhere(grid.inside & known)
     place = tuple(chosen.T)
-    starts = affine_starts(grid.points[place], guess[place], slope[place])
-    fine = _fine(reference, deformed, grid.points[place], starts, settings.subset)
-    found = merged_matches(empty_matches(grid), fine, chosen)
-    found = judged_matches(found, grid.spacing, settings.limits)
-    return replace(found, seconds=time.perf_counter() - start)
+    return chosen, affine_starts(grid.points[place], guess[place], slope[place])
 
 
 def first_guesses(grid: PointGrid, shift: Floats, usable: Bools) -> tuple[Floats, Floats, Bools]:

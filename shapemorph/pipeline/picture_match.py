@@ -121,6 +121,21 @@ def correlate_from(
     return _if_found(lambda: correlate_pictures(left, right, morphed, config))
 
 
+def correlate_originals(
+    left: GreyImage, right: GreyImage, warp: Warp, config: RunConfig
+) -> CorrelationGrid:
+    """Follow points from where a warp says that they are, in the two pictures as they are.
+
+    Nothing is morphed, whatever the warp, so that subsets must follow its bending themselves.
+    """
+    from shapemorph.methods.near_start import start_from
+
+    as_they_are = config.correlate.model_copy(update={"refinements": 0})
+    config = config.model_copy(update={"correlate": as_they_are})
+    start = start_from(warp, left, right, settings=_near_settings(left, config)[0])
+    return correlate_pictures(left, right, Morphed(right, _unmoved(right)), config, start)
+
+
 def _correlate_near(
     left: GreyImage, right: GreyImage, start: "NearStart", config: RunConfig
 ) -> CorrelationGrid | None:

@@ -263,17 +263,12 @@ class Tracker:
 
     def _as_key(self, name: str, picture: GreyImage, total: CorrelationGrid) -> _Key:
         """Make a reference of a picture: the mask of the first one moves along."""
+        from shapemorph.methods.carried_mask import limit_to_carried
         from shapemorph.methods.increments import warp_through
-        from shapemorph.methods.morphing import morph_image
-        from shapemorph.methods.warp_inverse import inverse_warp
 
         first = self._first.picture
         warp = warp_through(total, self._first.warp)
-        mask = picture.mask
-        if not first.mask.all():
-            back = inverse_warp(warp, first.mask, picture.shape)
-            mask = mask & morph_image(first, back, picture.shape).mask
-        return _Key(name, GreyImage(picture.grey, mask), total, warp)
+        return _Key(name, limit_to_carried(picture, first, warp), total, warp)
 
 
 def _strain(grid: CorrelationGrid) -> float:

@@ -32,6 +32,7 @@ def write_twin_case(config: TwinConfig, folder: Path, *, listener: Listener) -> 
         If the shape of the sheet cannot be found. Nothing is written then.
     """
     from shapemorph.io.images import write_grey_png
+    from shapemorph.io.rig_files import write_rig
     from shapemorph.io.twin_files import TRUTH, write_twin
     from shapemorph.stages.twin import (
         calibration_pictures,
@@ -51,6 +52,7 @@ def write_twin_case(config: TwinConfig, folder: Path, *, listener: Listener) -> 
     twin = clock.run("shapes", lambda: make_twin(config))
     with scratch_folder(folder) as scratch:
         write_twin(scratch / TRUTH, twin)
+        write_rig(scratch / "rig.json", twin.rig)
         mask = region_of_first(twin)
         write_grey_png(scratch / "mask_left.png", mask.astype(np.float32), np.ones_like(mask))
         clock.run("pictures", lambda: _write_all(scratch, twin_pictures(twin, config)))

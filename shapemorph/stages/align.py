@@ -60,6 +60,8 @@ def align(
         If the points that should carry the motion are too few.
     """
     method = config.method
+    if method == "none":
+        return Alignment.unmoved()
     if method == "auto":
         method = "points" if landmarks is None else "landmarks"
     if method == "points":

@@ -127,9 +127,12 @@ def _matcher(
     limits = Limits(config.min_zncc, OUTLIER_FLOOR)
     if config.mode == "icgn" and config.seeds == "warp":
         return partial(correlate_grid, settings=settings, limits=limits, starts=starts)
-    matcher = correlate_like_paper if config.mode == "paper" else correlate_from_seeds
     sought = SearchSettings(settings, limits, config.search)
-    return lambda source, target, grid: matcher(source, target, image, grid, settings=sought)
+    if config.mode == "paper":
+        matcher = partial(correlate_like_paper, settings=sought, starts=starts)
+    else:
+        matcher = partial(correlate_from_seeds, settings=sought)
+    return lambda source, target, grid: matcher(source, target, image, grid)
 
 
 def _starts_through(warp: Warp, grid: PointGrid) -> Floats:

@@ -34,6 +34,12 @@ class Ownership:
     deformed_left: Floats
 
 
+def one_page(shape: tuple[int, ...]) -> Ownership:
+    """Give all points (R, C) to the one page that there is."""
+    left = np.zeros(shape)
+    return Ownership(np.zeros(shape, dtype=np.int64), np.ones(shape, dtype=np.bool_), left, left)
+
+
 def assign_points(pair: FlattenedPair, grid: CorrelationGrid, tracked: TrackedSurface) -> Ownership:
     """Give every piece of surface to one page.
 
