@@ -11,7 +11,10 @@ Words = Annotated[str, Field(min_length=1, max_length=300, coerce_numbers_to_str
 
 
 class EquipmentConfig(Section):
-    """What only the user knows: it goes into the report as it stands, with its unit."""
+    """What only the user knows, for the tables of the report.
+
+    It stands there as it is given, with its unit.
+    """
 
     camera: Words | None = Field(None, description="make and model of the cameras or the scanner")
     resolution: Words | None = Field(None, description="of its pictures, as 2448 x 2048 px")
@@ -42,7 +45,9 @@ class ReportConfig(Section):
     theme: Literal["light", "print"] = Field(
         "light", description="of figures and page; print: twice the pixels, black on white"
     )
-    equipment: EquipmentConfig = EquipmentConfig()
+    equipment: EquipmentConfig = Field(
+        EquipmentConfig(), description="what only the user knows, for the tables of the report"
+    )
     noise: Path | None = Field(
         None, description="noise.json of `shapemorph noise`, for the noise floor in the tables"
     )

@@ -74,9 +74,9 @@ class Workshop:
         return write
 
 
-EVERYTHING = ["run.yaml", "flatten", "measurement", "figures", "summary", "report"]
+EVERYTHING = ["run.yaml", "flatten", "measurement", "sections", "figures", "summary", "report"]
 ALL_FILES = {
-    *("run.yaml.txt", "flatten/picture.txt", "measurement.txt"),
+    *("run.yaml.txt", "flatten/picture.txt", "measurement.txt", "sections.txt"),
     *("figures.txt", "summary.txt", "report.txt"),
 }
 
@@ -105,7 +105,7 @@ def test_a_changed_section_remakes_its_stage_and_what_shows_it(workshop):
     workshop.measure()
     ran, written = workshop.measure(strain={"window": 7})
     assert ran == ["strain"]
-    assert written == ["run.yaml", "measurement", "figures", "summary", "report"]
+    assert written == ["run.yaml", "measurement", "sections", "figures", "summary", "report"]
     assert workshop.files() == ALL_FILES
     ran, _ = workshop.measure(match={"ratio": 0.7}, strain={"window": 7})
     assert ran == ["match", "morph", "correlate", "lift", "spread", "align", "strain"]
@@ -151,7 +151,7 @@ def test_until_stops_there_and_the_rest_follows_later(workshop):
     assert written == ["run.yaml", "flatten"]
     ran, written = workshop.measure()
     assert ran == ["morph", "correlate", "lift", "spread", "align", "strain"]
-    assert written == ["measurement", "figures", "summary", "report"]
+    assert written == ["measurement", "sections", "figures", "summary", "report"]
 
 
 def test_until_with_another_configuration_removes_what_no_longer_belongs(workshop):
@@ -212,7 +212,7 @@ def test_a_full_disk_while_writing_an_output_keeps_the_stages(workshop):
     assert workshop.files() == {"run.yaml.txt", "flatten/picture.txt"}
     assert not list(workshop.run_folder.glob(".partial*"))
     workshop.failing.clear()
-    assert workshop.measure() == ([], ["measurement", "figures", "summary", "report"])
+    assert workshop.measure() == ([], ["measurement", "sections", "figures", "summary", "report"])
 
 
 def test_a_run_killed_before_its_first_result_is_taken_up(workshop):
