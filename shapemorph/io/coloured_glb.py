@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shapemorph.core.arrays import Floats, Ints
+from shapemorph.methods.colour_maps import SEQUENTIAL, colours_of
 from shapemorph.methods.vertex_normals import vertex_normals
 
-_COLOUR_MAP = "viridis"  # perceptually uniform and readable with any colour vision
 _FLOAT, _UNSIGNED_SHORT, _UNSIGNED_INT = 5126, 5123, 5125
 _ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
 _JSON_CHUNK, _BINARY_CHUNK = 0x4E4F534A, 0x004E4942
@@ -47,18 +47,17 @@ def write_coloured_glb(
         (name, values.astype("<f4")),
         ("indices", faces.astype("<u4").ravel()),
     ]
-    document, binary = _document(buffers, {**extras, "colour_map": _COLOUR_MAP})
+    document, binary = _document(buffers, {**extras, "colour_map": SEQUENTIAL})
     path.write_bytes(_container(document, binary))
 
 
 def _colours(share: Floats) -> NDArray[np.uint16]:
     """Colours of values in [0, 1]; glTF wants them linear, colour maps are sRGB, (V, 4)."""
-    import matplotlib as mpl
-
-    encoded = mpl.colormaps[_COLOUR_MAP](share)
+    encoded = colours_of(SEQUENTIAL)
     linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    linear[:, 3] = 1.0
-    return np.round(linear * 65535).astype("<u2")
+    table = np.append(np.round(linear * 65535), np.full((len(linear), 1), 65535), axis=1)
+    step = np.clip((np.nan_to_num(share) * len(table)).astype(np.int64), 0, len(table) - 1)
+    return table.astype("<u2")[step]
 
 
 def _document(

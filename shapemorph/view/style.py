@@ -7,7 +7,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys
 from shapemorph.core.status import PointStatus
-from shapemorph.view.colour_maps import DIVERGING, SEQUENTIAL, colour_table
+from shapemorph.methods.colour_maps import DIVERGING, SEQUENTIAL, colour_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

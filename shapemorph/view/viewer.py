@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
+from shapemorph.methods.colour_maps import DIVERGING, SEQUENTIAL, colour_table
 from shapemorph.methods.thinning import thinned_quads
 from shapemorph.view.camera import outer_view, second_view
-from shapemorph.view.colour_maps import DIVERGING, SEQUENTIAL, colour_table
 from shapemorph.view.measures import FURTHER_MEASURES, Measure, measure_values, measures_in
 from shapemorph.view.style import BARE, STATUS_COLOURS, STATUS_WORDS, colour_scale
 

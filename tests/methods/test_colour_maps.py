@@ -1,7 +1,8 @@
+import matplotlib as mpl
 import numpy as np
 import pytest
 
-from shapemorph.view.colour_maps import colour_table
+from shapemorph.methods.colour_maps import colour_table, colours_of
 
 XYZ_FROM_RGB = np.array(
     [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
@@ -50,3 +51,14 @@ def test_ends_of_the_diverging_map_differ_for_everybody(vision):
     seen = _lab(np.clip(_linear(colour_table("blue-red")) @ vision.T, 0, 1))
     assert np.linalg.norm(seen[0] - seen[-1]) > 45
     assert np.linalg.norm(seen[64] - seen[191]) > 25
+
+
+def test_viridis_is_that_of_matplotlib():
+    exact = mpl.colormaps["viridis"](np.arange(256))[:, :3]
+    assert np.abs(colours_of("viridis") - exact).max() < 0.2 / 255
+    assert np.abs(colour_table("viridis") - 255 * exact).max() <= 0.2 + 0.5  # and rounding
+
+
+def test_other_maps_are_refused():
+    with pytest.raises(ValueError, match="expected viridis or blue-red, got 'jet'"):
+        colour_table("jet")
