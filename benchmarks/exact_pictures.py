@@ -16,6 +16,7 @@ from shapemorph.core.image import GreyImage
 SIZE, SPACING, SUPERSAMPLES = 1000, 8, 4
 CELL = 0.8  # distance of the blobs of the pattern, one in each cell, in speckles
 WIDTH = 0.5 / np.sqrt(2 * np.log(2))  # standard deviation of a blob, in speckles
+FARTHEST = 12.0  # exponent of a blob beyond which nothing is left of it: 6e-6 of its height
 CELLS = 1024  # along each side, after which the pattern repeats: seen in no picture
 SPECKLE = 4.5  # px
 CENTRE = np.array([SIZE / 2, SIZE / 2])
@@ -48,7 +49,9 @@ def speckle_at(
                 r, c = j % cells, i % cells
                 dx = (x - i - places[r, c, 0]) * pitch
                 dy = (y - j - places[r, c, 1]) * pitch
-                total += heights[r, c] * np.exp(-(dx * dx + dy * dy) / (2 * spread * spread))
+                away = (dx * dx + dy * dy) / (2 * spread * spread)
+                if away < FARTHEST:
+                    total += heights[r, c] * np.exp(-away)
         grey[k] = 0.5 + 0.45 * np.tanh(0.65 * total)
     return grey
 

@@ -48,7 +48,7 @@ def _cubic(c, x, y):  # type: ignore[no-untyped-def]
 
 
 @inner()
-def _load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  # type: ignore[no-untyped-def]
+def load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  # type: ignore[no-untyped-def]
     """Mark the pixels of a subset that count in both pictures; return their number."""
     height, length = inside.shape
     total = 0.0
@@ -68,7 +68,7 @@ def _load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  
 
 
 @inner()
-def _load_grey(coefficients, x, y, warp, radius, weights, found) -> None:  # type: ignore[no-untyped-def]
+def load_grey(coefficients, x, y, warp, radius, weights, found) -> None:  # type: ignore[no-untyped-def]
     """Sample the deformed picture at the pixels that count."""
     for j in range(2 * radius + 1):
         for i in range(2 * radius + 1):
@@ -79,7 +79,7 @@ def _load_grey(coefficients, x, y, warp, radius, weights, found) -> None:  # typ
 
 
 @inner()
-def _take_residual(reference, x, y, radius, weights, found, system) -> None:  # type: ignore[no-untyped-def]
+def take_residual(reference, x, y, radius, weights, found, system) -> None:  # type: ignore[no-untyped-def]
     """Replace the deformed grey by what gain, offset and a plane do not explain."""
     matrix, lower, right, solution = system[0:4], system[4:8], system[8], system[9]
     for a in range(4):
@@ -167,9 +167,9 @@ def residual_products(
     system = np.zeros((10, 4))
     for k in range(points.shape[0]):
         x, y = points[k, 0], points[k, 1]
-        _load_weights(inside, other_inside, x, y, warps[k], radius, weights)
-        _load_grey(coefficients, x, y, warps[k], radius, weights, found)
-        _take_residual(reference, x, y, radius, weights, found, system)
+        load_weights(inside, other_inside, x, y, warps[k], radius, weights)
+        load_grey(coefficients, x, y, warps[k], radius, weights, found)
+        take_residual(reference, x, y, radius, weights, found, system)
         for n in range(lags.shape[0]):
             offset = lags[n, 0] * pitch + lags[n, 1]
             products[k, n] = _lag_product(flat_found, flat_found, offset, length)
@@ -265,7 +265,7 @@ def solution_covariance(
         for a in range(3):
             result[k, a] = np.nan
         x, y = points[k, 0], points[k, 1]
-        count = _load_weights(inside, other_inside, x, y, warps[k], radius, weights)
+        count = load_weights(inside, other_inside, x, y, warps[k], radius, weights)
         if count < 4:
             continue
         mean = mean_grey(reference, weights, y - radius, x - radius, count)

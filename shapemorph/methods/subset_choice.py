@@ -10,6 +10,8 @@ from shapemorph.core.image import GreyImage
 from shapemorph.methods.speckle import speckle_size
 
 SPECKLES = 3.8  # across a subset
+FEWEST_SPECKLES = 2.2  # across the smallest subset that a bent field asks for
+FINEST_SIGMA = 0.03  # px, that such a subset may cost
 LEAST_SIZE = 15  # px
 LARGEST_SIZE = 61
 LEAST_SPACING = 2
@@ -74,6 +76,23 @@ def choose_subset(
     sigma = per_pixel / size
     reason = _reason(subset_size is None, size, speckle, by_noise > by_speckle, sigma)
     return SubsetChoice(size, step, speckle, noise, sigma, reason)
+
+
+def finest_subset(picture: GreyImage, *, order: int) -> int:
+    """Smallest subset that still shows the pattern and keeps the noise small, px.
+
+    Parameters
+    ----------
+    picture : GreyImage
+        The reference.
+    order : int
+        Of the shape function; the second has twice the random error.
+    """
+    speckle, noise, slopes = _pattern(picture)
+    per_pixel = float(np.sqrt(2.0) * noise / np.sqrt(max(slopes, 1e-12)))
+    by_speckle = FEWEST_SPECKLES * (speckle if np.isfinite(speckle) else USUAL_SPECKLE)
+    by_noise = per_pixel * (2.0 if order == 2 else 1.0) / FINEST_SIGMA
+    return _nearest_odd(float(np.clip(max(by_speckle, by_noise), LEAST_SIZE, LARGEST_SIZE)))
 
 
 def _pattern(picture: GreyImage) -> tuple[float, float, float]:

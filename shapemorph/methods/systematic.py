@@ -16,19 +16,27 @@ REPLICAS = np.array([(k, m) for k in (-1, 0, 1) for m in (-1, 0, 1) if (k, m) !=
 
 
 def systematic_error(
-    reference: ReferencePicture, found: GridMatches, grid: CorrelationGrid, *, order: int
+    reference: ReferencePicture,
+    found: GridMatches,
+    rest: Floats,
+    grid: CorrelationGrid,
+    *,
+    order: int,
 ) -> Floats:
     """Estimate the systematic error of matched positions.
 
-    The sum of :func:`shape_bias` of the field that the subsets had to follow, carried into
-    the deformed picture, and of :func:`interpolation_bias` of pictures that are sampled on
-    their own pixels.
+    The sum of what the shape function does not follow, carried into the deformed picture,
+    and of :func:`interpolation_bias` of pictures that are sampled on their own pixels. The
+    first is the motion that the match has left at the centre of the subset, where that is
+    told from noise, else :func:`shape_bias` of the field of all points.
 
     Parameters
     ----------
     reference : ReferencePicture
     found : GridMatches
         In the morphed picture.
+    rest : (R, C, 2)
+        Motion that is left there, see :func:`~shapemorph.methods.rest_motion.unfollowed_motion`.
     grid : CorrelationGrid
         The same points in the deformed picture.
     order : int
@@ -43,6 +51,7 @@ def systematic_error(
     shape = shape_bias(
         found.position, ok, spacing=grid.spacing, radius=grid.subset_size // 2, order=order
     )
+    shape = np.where((rest != 0.0).any(axis=-1, keepdims=True), -rest, shape)
     slope = np.full(grid.gradient.shape, np.nan)
     slope[ok] = grid.gradient[ok] @ np.linalg.pinv(found.gradient[ok])
     motion = grid.deformed_px - grid.reference_px

@@ -14,6 +14,7 @@ from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
 from shapemorph.core.morphed import Morphed
+from shapemorph.core.status import PointStatus
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.law_inputs import read_law_inputs
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 ENOUGH = 0.9  # of the points that may be expected: fewer, and features are matched
 NEAR_ENOUGH = 0.02  # px: to this the subsets of a near start settle
+BENT, MANY_BENT = 0.05, 0.1  # px of bias; share of the points for which it is worth a try
 GENTLE = 0.1  # change of the gradient that subsets follow without a morphed picture
 log = logging.getLogger(__name__)
 
@@ -143,7 +145,31 @@ def _correlate_near(
     if not _is_gentle(start.warp):
         return correlate_from(left, right, start.warp, config)
     unmoved = Morphed(right, _unmoved(right))
-    return _if_found(lambda: correlate_pictures(left, right, unmoved, config, start))
+    found = _if_found(lambda: correlate_pictures(left, right, unmoved, config, start))
+    if found is None or (finer := _with_finer_subset(found, left, config)) is None:
+        return found
+    again = _if_found(lambda: correlate_pictures(left, right, unmoved, finer, start))
+    return found if again is None or again.ok_count < ENOUGH * found.ok_count else again
+
+
+def _with_finer_subset(
+    found: CorrelationGrid, left: GreyImage, config: RunConfig
+) -> RunConfig | None:
+    """Choose a smaller subset where many bend more than they follow; None where few do."""
+    from shapemorph.methods.subset_choice import finest_subset
+
+    given = config.correlate
+    if given.subset_size is not None or found.bias_px is None:
+        return None
+    off = np.abs(found.bias_px[found.status == PointStatus.OK]).max(axis=-1)
+    size = finest_subset(left, order=given.order)
+    if (off > BENT).mean() < MANY_BENT or size >= found.subset_size:
+        return None
+    log.info(
+        "the field bends within subsets of %d px: once more with %d px", found.subset_size, size
+    )
+    sizes = {"subset_size": size, "spacing": found.spacing}
+    return config.model_copy(update={"correlate": given.model_copy(update=sizes)})
 
 
 def _if_found(correlate: Callable[[], CorrelationGrid]) -> CorrelationGrid | None:

@@ -165,9 +165,15 @@ def correlation_figures(
 
     choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
     ok = grid.status == PointStatus.OK
+    reason = choice.reason
+    if grid.subset_size < choice.subset_size:
+        reason = (
+            f"subset of {grid.subset_size} px, because the field bends within {choice.subset_size} "
+            "px, the size for this speckle, by more than the shape function follows"
+        )
     return {
         "subset_size_px": grid.subset_size,
-        "subset_reason": choice.reason,
+        "subset_reason": reason,
         "speckle_px": choice.speckle_px,
         "grey_noise": choice.grey_noise,
         "spacing_px": grid.spacing,

@@ -20,6 +20,7 @@ from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_g
 from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper
 from shapemorph.methods.propagation import correlate_from_seeds
+from shapemorph.methods.rest_motion import unfollowed_motion
 from shapemorph.methods.spline_pictures import (
     DeformedPicture,
     ReferencePicture,
@@ -106,14 +107,17 @@ def correlate(
             ):
                 break
             morphed = _renew(morphed.warp, remorph, grid, found, settings, noise)
-            target, starts = prepare_deformed(morphed.image, pad=settings.pad), None
+            target, starts = prepare_deformed(morphed.image, pad=source.pad), None
         if not found.ok.any():
             raise StageError(_nothing(found.status))
         covariance = displacement_covariance(
             source, target, grid.points, found.warps, found.ok, settings=settings
         )
     composed = _compose(morphed.warp, grid, found, covariance, settings, seconds)
-    bias = systematic_error(source, found, composed, order=settings.order)
+    rest = unfollowed_motion(
+        source, target, grid.points, found.warps, found.ok, radius=settings.radius
+    )
+    bias = systematic_error(source, found, rest, composed, order=settings.order)
     return replace(composed, bias_px=bias)
 
 

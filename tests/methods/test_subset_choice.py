@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shapemorph.core.image import GreyImage
-from shapemorph.methods.subset_choice import choose_subset, grey_noise
+from shapemorph.methods.subset_choice import choose_subset, finest_subset, grey_noise
 
 SHAPE = (200, 260)
 
@@ -69,3 +69,14 @@ def test_noise_outside_the_mask_does_not_count(picture):
     loud = clean.grey + np.where(mask, 0, np.random.default_rng(2).normal(0, 0.5, SHAPE))
     found = grey_noise(GreyImage(loud.astype("f4"), mask))
     assert found == pytest.approx(0.004, rel=0.2)
+
+
+def test_the_finest_subset_still_shows_the_pattern_and_bears_the_noise(picture):
+    fine, coarse = picture(5.0), picture(12.0)
+    assert 15 <= finest_subset(fine, order=1) < _choose(fine).subset_size
+    assert (
+        finest_subset(coarse, order=1)
+        > 2 * choose_subset(coarse, subset_size=None, spacing=None).speckle_px
+    )
+    noisy = picture(5.0, noise=0.03, contrast=0.5)
+    assert finest_subset(noisy, order=2) > finest_subset(noisy, order=1)

@@ -13,7 +13,7 @@ def test_propagation_matches_no_features(wave_pattern, pixel_grid, monkeypatch):
     def refuse(*_arguments):
         raise AssertionError
 
-    for name in ("match_pictures", "morph_by_law", "_near_warp"):
+    for name in ("match_pictures", "morph_by_law", "_near_start"):
         monkeypatch.setattr(picture_match, name, refuse)
     pattern, pixels, full = wave_pattern(), pixel_grid((90, 110)), np.ones((90, 110), dtype=bool)
     left, right = (
@@ -28,3 +28,28 @@ def test_propagation_matches_no_features(wave_pattern, pixel_grid, monkeypatch):
     error = (found.grid.deformed_px - found.grid.reference_px)[ok] - [7.4, -6.2]
     assert np.abs(error).max() < 0.1  # of subsets that the rim cuts
     assert np.median(np.abs(error)) < 0.003
+
+
+def test_a_field_that_bends_within_subsets_takes_smaller_ones(wave_pattern, pixel_grid):
+    shape = (150, 210)
+    pattern, pixels, full = wave_pattern(7.0), pixel_grid(shape), np.ones(shape, dtype=bool)
+
+    def field(at):
+        strength = 0.25 * (1 + np.tanh((at[..., 0] - 90) / 15))
+        wave = strength * np.cos(2 * np.pi * at[..., 1] / 24)
+        return at + np.stack([0 * wave, wave], axis=-1)
+
+    back = pixels.copy()
+    for _ in range(60):
+        back += pixels - field(back)
+    left, right = (GreyImage(pattern(at).astype("f4"), full) for at in (pixels, back))
+    found = {}
+    for size in (None, 27):
+        config = RunConfig(correlate=CorrelateConfig(subset_size=size, spacing=6, order=2))
+        inputs = picture_law_inputs(config)
+        grid = follow_pictures(left, right, config, inputs, Clock(lambda _: None)).grid
+        error = np.abs(grid.deformed_px - field(grid.reference_px)).max(axis=-1)
+        found[size] = grid, np.nanmean(error < 0.1)
+    assert found[None][0].subset_size < 22
+    assert found[27][0].subset_size == 27
+    assert found[None][1] > found[27][1] + 0.05
