@@ -235,6 +235,51 @@ def test_it_fits_a_phone(browser):
 
 
 @in_browser
+def test_two_fingers_zoom(browser, results):
+    row, other = (_near(results.measurement, x, 20) for x in (5, 55))
+    places = [f"shapemorphViewer.place({number})" for number in (row, other)]
+    width = np.hypot(*np.subtract(*(browser.run(place) for place in places)))
+    browser.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+    for kind, apart in (("touchStart", 50), ("touchMove", 75), ("touchMove", 100)):
+        points = [{"x": 400 - apart, "y": 500, "id": 0}, {"x": 400 + apart, "y": 500, "id": 1}]
+        browser.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+    browser.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+    browser.call("Emulation.setTouchEmulationEnabled", enabled=False)
+    browser.settle()
+    wide = np.hypot(*np.subtract(*(browser.run(place) for place in places)))
+    assert wide == pytest.approx(2 * width, rel=0.02)
+    browser.run("document.getElementById('viewer-reset').click()")
+
+
+@in_browser
+def test_keys_turn_and_zoom(browser, results):
+    place = f"shapemorphViewer.place({_near(results.measurement, 5, 20)})"
+    before = browser.run(place)
+    browser.run("document.getElementById('viewer-canvas').focus()")
+    for key in ("ArrowLeft", "+"):
+        now = browser.run(place)
+        browser.call("Input.dispatchKeyEvent", type="keyDown", key=key)
+        browser.settle()
+        assert np.hypot(*np.subtract(browser.run(place), now)) > 2, key
+    browser.run("document.getElementById('viewer-reset').click()")
+    browser.settle()
+    np.testing.assert_allclose(browser.run(place), before, atol=0.01)
+
+
+@in_browser
+def test_paper_shows_what_paper_can_show(browser):
+    shown = "getComputedStyle(document.querySelector('{}')).display"
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    assert browser.run(shown.format(".viewer")) == "none"
+    assert browser.run(shown.format("nav")) == "none"
+    assert browser.run(shown.format(".verdict")) != "none"
+    browser.call("Emulation.setEmulatedMedia", media="")
+    pages = base64.b64decode(browser.call("Page.printToPDF")["data"])
+    assert pages.startswith(b"%PDF")
+    browser.run(SHOW)
+
+
+@in_browser
 def test_without_webgl_the_same_is_drawn_and_picked(browser, page, results, tmp_path):
     with Browser(tmp_path, webgl=False) as plain:
         plain.open(page.as_uri())

@@ -1,4 +1,4 @@
-// Draws the surface with WebGL. Returns null where there is none.
+// Draws the surface with WebGL. Returns null where there is none, or it does not do.
 
 const VERTEX_SHADER = `
 attribute vec3 reference, displacement, before, after;
@@ -38,6 +38,7 @@ function webglPainter(canvas, surface, look) {
   const gl = canvas.getContext("webgl2", options) || canvas.getContext("webgl", options);
   if (!gl || !(gl.createVertexArray || gl.getExtension("OES_element_index_uint"))) return null;
   const program = linkProgram(gl);
+  if (!program) return null;
   gl.useProgram(program);
   gl.enable(gl.DEPTH_TEST);
   gl.clearColor(1, 1, 1, 1);
@@ -117,12 +118,10 @@ function linkProgram(gl) {
     const shader = gl.createShader(kind);
     gl.shaderSource(shader, source);
     gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw Error(gl.getShaderInfoLog(shader));
     gl.attachShader(program, shader);
   }
   gl.linkProgram(program);
-  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw Error(gl.getProgramInfoLog(program));
-  return program;
+  return gl.getProgramParameter(program, gl.LINK_STATUS) ? program : null;
 }
 
 function buffer(gl, data, target = gl.ARRAY_BUFFER) {
