@@ -1,5 +1,6 @@
 """Calibrations and reconstructions as a few lines of text."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -72,5 +73,28 @@ def describe_reconstruction(folder: Path, summary: dict[str, Any]) -> Iterator[s
         yield f"smoothed    by {found['smoothed_px']:.3g} px rms"
     mesh = summary["mesh"]
     yield f"mesh        {mesh['vertices']} vertices, {mesh['faces']} triangles"
+    yield from describe_verdict(summary)
+    yield f"results     {folder}"
+
+
+def describe_turn(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say what a reconstruction from many views found."""
+    rows = summary["patches"]
+    for row in rows:
+        pair = " and ".join(row["pair"])
+        if row["reason"]:
+            yield f"patch       {pair}: {row['reason']}"
+        else:
+            yield f"patch       {pair}: {row['points']} points, {row['epipolar_px']:.3g} px off"
+    gap = summary["overlap_rms_mm"]
+    overlap = (
+        "nothing overlaps" if gap is None or math.isnan(gap) else f"they agree to {gap:.3g} mm rms"
+    )
+    yield f"points      {summary['points']} of {len(rows)} patches; {overlap}"
+    mesh = summary["mesh"]
+    yield (
+        f"mesh        {mesh['vertices']} vertices, {mesh['faces']} triangles, texture of "
+        f"{summary['texture_px_per_mm']:.4g} px/mm from {summary['views']} views"
+    )
     yield from describe_verdict(summary)
     yield f"results     {folder}"

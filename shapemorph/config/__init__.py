@@ -20,6 +20,7 @@ from shapemorph.config.run import RunConfig, TrackConfig
 from shapemorph.config.section import Section, Unit, Vector3
 from shapemorph.config.surface import AlignConfig, LiftConfig, StrainConfig
 from shapemorph.config.synthesize import DamageConfig, SynthesizeConfig
+from shapemorph.config.turn import TurnConfig
 from shapemorph.config.twin import TwinConfig
 
 __all__ = [
@@ -55,6 +56,7 @@ __all__ = [
     "SynthesizeConfig",
     "TargetConfig",
     "TrackConfig",
+    "TurnConfig",
     "TwinConfig",
     "Unit",
     "Vector3",

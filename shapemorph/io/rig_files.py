@@ -5,14 +5,14 @@ and pixel centres are at integers.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from shapemorph.core.arrays import Floats
-from shapemorph.core.calibration import CameraUncertainty
+from shapemorph.core.calibration import CameraUncertainty, View
 from shapemorph.core.camera import Camera, Rig
 from shapemorph.core.errors import DataError
 from shapemorph.core.transform import RigidTransform
@@ -35,6 +35,7 @@ CONVENTIONS = (
     "x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2), "
     "y' = y (1 + k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 y^2) + 2 p2 x y, with x = X/Z, y = Y/Z",
     "u = fx x' + skew y' + cx, v = fy y' + cy; pixel centres are at integers",
+    "views: x_world = R x_target + T",
     "sigma: one standard deviation of the random part; rotation: small turns about the axes of "
     "the camera, radians",
 )
@@ -90,17 +91,29 @@ def read_rig(path: Path, size: tuple[int, int]) -> Rig:
         ) from None
 
 
-def write_rig(path: Path, rig: Rig, uncertainty: tuple[CameraUncertainty, ...] = ()) -> None:
-    """Write our own JSON."""
+def write_rig(
+    path: Path,
+    rig: Rig,
+    uncertainty: tuple[CameraUncertainty, ...] = (),
+    views: Sequence[tuple[View, RigidTransform]] = (),
+) -> None:
+    """Write our own JSON, with the places of the targets (world_from_target) if given."""
     cameras = [
         _camera_fields(name, camera) for name, camera in zip(rig.names, rig.cameras, strict=True)
     ]
     for fields, sigma in zip(cameras, uncertainty, strict=False):
         fields["sigma"] = _sigma_fields(sigma)
-    write_json(
-        path,
-        {"format": FORMAT, "version": 1, "conventions": list(CONVENTIONS), "cameras": cameras},
-    )
+    content = {"format": FORMAT, "version": 1, "conventions": list(CONVENTIONS)}
+    places = [
+        {
+            "view": view.name,
+            "target": view.target.name,
+            "rotation": pose.rotation.tolist(),
+            "translation_mm": pose.translation.tolist(),
+        }
+        for view, pose in views
+    ]
+    write_json(path, {**content, "cameras": cameras, **({"views": places} if places else {})})
 
 
 def write_exports(folder: Path, rig: Rig) -> None:
@@ -125,6 +138,32 @@ def read_uncertainty(path: Path) -> tuple[CameraUncertainty, ...]:
         )
         for sigma in sigmas
     )
+
+
+def read_poses(path: Path, target: str) -> dict[str, RigidTransform]:
+    """Read world_from_target of each view of a target, by the name of the view.
+
+    Raises
+    ------
+    DataError
+        If the file has none.
+    """
+    read_rig(path, (1, 1))
+    document = json.loads(path.read_text(encoding="utf-8"))
+    poses = {
+        str(view["view"]).removeprefix(target).strip(): RigidTransform(
+            np.array(view["rotation"], dtype=np.float64),
+            np.array(view["translation_mm"], dtype=np.float64),
+        )
+        for view in document.get("views", [])
+        if view["target"] == target
+    }
+    if not poses:
+        raise DataError(
+            f"{path.name}: expected views of target {target!r}, got none: calibrate with pictures "
+            "of it"
+        )
+    return poses
 
 
 def lens_fields(camera: Camera | CameraUncertainty) -> dict[str, float]:

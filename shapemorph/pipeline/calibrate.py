@@ -193,7 +193,8 @@ def _require_found(name: str, shots: Sequence[Shot], number: int, seen: _Seen) -
 def _write(scratch: Path, found: Calibration, config: RigConfig) -> None:
     from shapemorph.io.config_files import config_text
 
-    write_rig(scratch / CALIBRATION_FILE, found.rig, found.uncertainty)
+    views = list(zip(found.views, found.poses, strict=True))
+    write_rig(scratch / CALIBRATION_FILE, found.rig, found.uncertainty, views)
     if len(found.rig.cameras) == 2:
         write_exports(scratch, found.rig)
     write_residuals(scratch / "residuals.csv", found)

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from shapemorph.cli.cameras import app
-from shapemorph.config import RigConfig
+from shapemorph.config import RigConfig, TurnConfig
 from shapemorph.io.config_files import check_config
 
 PAGE = Path(__file__).parents[2] / "docs" / "stereo.md"
@@ -25,7 +25,7 @@ def test_every_command_is_understood(line):
 
 
 def test_the_rig_files_are_read():
-    whole, anchored = (
+    whole, anchored, turned = (
         yaml.safe_load(block) for block in re.findall(r"^```yaml\n(.*?)^```", TEXT, re.S | re.M)
     )
     config = check_config(whole, RigConfig)
@@ -33,6 +33,7 @@ def test_the_rig_files_are_read():
     solid = {"cylinder": {"kind": "points", "points": "dots.csv"}}
     config = check_config({**whole, "targets": solid, **anchored}, RigConfig)
     assert config.views[0].anchors["left"][0] == (20, 6, 1214, 446)
+    assert check_config(turned, TurnConfig).patches == 21
 
 
 def test_every_kind_of_target_is_explained():
