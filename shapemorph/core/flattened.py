@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from shapemorph.core.arrays import Floats
 from shapemorph.core.image import CalibratedImage
+from shapemorph.core.laws import Dots
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +60,15 @@ class FlattenedSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlattenedPair:
-    """Both shapes as calibrated images."""
+    """Both shapes as calibrated images.
+
+    Attributes
+    ----------
+    reference, deformed : FlattenedSurface
+    pairs : Dots or None
+        Features that were matched to find which charts correspond, px of the two pictures.
+    """
 
     reference: FlattenedSurface
     deformed: FlattenedSurface
+    pairs: Dots | None = None

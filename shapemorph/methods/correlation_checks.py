@@ -80,18 +80,29 @@ def find_outliers(
     candidate = status == PointStatus.OK
     queries = np.argwhere(candidate)
     outlier = np.zeros_like(candidate)
+    doubted, stale = np.zeros(len(queries), dtype=bool), np.ones(len(queries), dtype=bool)
     for _ in range(ROUNDS):
         before = outlier
-        outlier = np.zeros_like(candidate)
         deviation, allowed = _deviations(
-            position, gradient, candidate & ~before, queries, spacing=spacing, floor=floor
+            position, gradient, candidate & ~before, queries[stale], spacing=spacing, floor=floor
         )
-        outlier[tuple(queries[deviation > allowed].T)] = True
-        if np.array_equal(outlier, before):
+        doubted[stale] = deviation > allowed
+        outlier = np.zeros_like(candidate)
+        outlier[tuple(queries[doubted].T)] = True
+        stale = _near(outlier != before)[tuple(queries.T)]
+        if not stale.any():
             break
     status = np.where(outlier, np.uint8(PointStatus.OUTLIER), status)
     islands = _islands(position, gradient, status, spacing=spacing, floor=floor)
     return np.asarray(outlier | islands)
+
+
+def _near(changed: Bools) -> Bools:
+    """Points (R, C) that have one of these within their reach."""
+    import cv2
+
+    window = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
+    return np.asarray(cv2.dilate(changed.astype(np.uint8), window) > 0)
 
 
 def _predict(

@@ -9,8 +9,12 @@ import numpy as np
 
 from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import Dots
+from shapemorph.methods.consistency import consistent_pairs
+from shapemorph.methods.densify import grid_points, nearest_distance
 from shapemorph.methods.features import Features
 from shapemorph.methods.first_pairs import (
+    CELL,
+    NEIGHBOURS,
     FirstPairs,
     Side,
     budgets,
@@ -28,6 +32,8 @@ _log = logging.getLogger(__name__)
 
 LENS = (2.0, 1.4)  # px: blur of one side that is tried
 PLAUSIBLE = 1.2  # times the width of the narrowest speckle as measured: blur is not wider
+GAP = 2.0  # cells; with features that were found before and leave no larger ones ...
+REACHED = 0.93  # ... in so much of the picture, none are sought
 CONVINCING = 2  # times the pairs that are needed, for saying what is wrong with a pair
 
 MIRRORED = "one is mirrored: flip one of them"
@@ -63,6 +69,7 @@ def find_start(
     ratio: float,
     enough: int,
     known: Dots | None = None,
+    found: Dots | None = None,
 ) -> Start:
     """Find first pairs the usual way, and in other ways where these are too few.
 
@@ -75,6 +82,8 @@ def find_start(
         Pairs with which nothing else is tried.
     known : Dots or None
         Pairs that are roughly right, from marks or a model: used where features are too few.
+    found : Dots or None
+        Features that were matched before: none are sought where these lie all over the picture.
 
     Returns
     -------
@@ -87,6 +96,9 @@ def find_start(
         If a picture is blank.
     """
     sides = _measured(measure_side, reference, deformed)
+    taken = None if found is None else _taken_start(sides, found, enough)
+    if taken:
+        return taken
     best = _attempt(sides, _Way("", (SHARP, SHARP)), ratio)
     if len(best.pairs) >= enough or what_is_wrong(best, ratio=ratio, needed=enough):
         return best
@@ -97,6 +109,28 @@ def find_start(
         if len(best.pairs) >= enough:
             return best
     return _led_start(best, reference, deformed, known) or best
+
+
+def _taken_start(sides: Sides, found: Dots, enough: int) -> Start | None:
+    """Begin with features that were matched before, if they agree and leave no large gap."""
+    left, right = sides
+    good = consistent_pairs(
+        found.reference_px,
+        found.deformed_px,
+        neighbours=NEIGHBOURS[1],
+        tolerance=right.std,
+        cap=3 * right.std,
+    )
+    source, target = found.reference_px[good], found.deformed_px[good]
+    if len(source) < enough:
+        return None
+    grid = grid_points(left.pattern.mask, CELL * left.std)
+    if (nearest_distance(source, grid) < GAP * CELL * left.std).mean() < REACHED:
+        return None
+    counts = {"features_before": len(good), "consistent": len(source)}
+    pairs = FirstPairs(source, target, counts, np.stack([source, target], axis=1))
+    nothing = Features(np.empty((0, 2)), np.empty((0, 128), np.float32), np.empty((0, 2, 2)))
+    return Start(left, right, (nothing, nothing), pairs, "")
 
 
 def _led_start(

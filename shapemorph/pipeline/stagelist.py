@@ -73,7 +73,11 @@ def _match(
     if known is None and isinstance(law_inputs.finite_elements, NodalField):
         known = dots_of_field(law_inputs.finite_elements, before, after)
     return match_by_page(
-        lambda left, right, dots: match(left, right, section, dots), before[1], after[1], known
+        lambda left, right, *dots: match(left, right, section, *dots),
+        before[1],
+        after[1],
+        known,
+        pair.pairs,
     )
 
 

@@ -181,12 +181,14 @@ def _flatten_by_correspondence(
 ) -> FlattenedPair:
     """Give the deformed shape a chart for each of the reference: what shows the same material.
 
-    Where one of them cannot lie flat well, the reference is split further.
+    Where one of them cannot lie flat well, the reference is split further: into charts whose
+    counterparts follow from the pairs that are known, if they lie well then.
     """
     mesh, first = reference
     least = first.calibrated.chart.page_count
     most = least + (MORE_CHARTS if config.charts is None else 0)
     counterparts = Counterparts(deformed[0], deformed[1].calibrated, ratio=RATIO)
+    counterparts.learn(first.calibrated)
     best: tuple[FlattenedSurface, _Laid] | None = None
     reasons = []
     for count in range(least, most + 1):
@@ -194,6 +196,9 @@ def _flatten_by_correspondence(
             first = flatten_mesh(mesh, config, least=count)
         try:
             laid = _lay_counterparts(counterparts, mesh, first)
+            if count > least and laid.good < ENOUGH_GOOD:
+                counterparts.learn(first.calibrated)
+                laid = _lay_counterparts(counterparts, mesh, first)
         except (DataError, StageError) as error:
             reasons.append(str(error))
             continue
@@ -206,7 +211,9 @@ def _flatten_by_correspondence(
             f"{deformed[0].name} could not be laid flat chart by chart: "
             f"{'; '.join(dict.fromkeys(reasons))}"
         )
-    return FlattenedPair(best[0], _settle(*deformed, best[1], lay))
+    settled = _settle(*deformed, best[1], lay)
+    pairs = counterparts.pairs(best[0].calibrated, settled.calibrated)
+    return FlattenedPair(best[0], settled, pairs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

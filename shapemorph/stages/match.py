@@ -53,7 +53,11 @@ class _Pairs:
 
 
 def match(
-    reference: GreyImage, deformed: GreyImage, config: MatchConfig, known: Dots | None = None
+    reference: GreyImage,
+    deformed: GreyImage,
+    config: MatchConfig,
+    known: Dots | None = None,
+    found: Dots | None = None,
 ) -> Matches:
     """Find hundreds to thousands of pairs that show the same material.
 
@@ -69,6 +73,8 @@ def match(
         Section ``match``.
     known : Dots or None
         Pairs that are roughly right, from marks or a model: used where features are too few.
+    found : Dots or None
+        Features that were matched before: none are sought where these lie all over the picture.
 
     Returns
     -------
@@ -81,7 +87,9 @@ def match(
         If a picture is blank or too few pairs agree with each other.
     """
     enough = max(ENOUGH_PAIRS, 2 * config.min_matches)
-    start = find_start(reference, deformed, ratio=config.ratio, enough=enough, known=known)
+    start = find_start(
+        reference, deformed, ratio=config.ratio, enough=enough, known=known, found=found
+    )
     try:
         _refuse_few_on_a_repeat(start, enough)
         return _extend(start, config)

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from shapemorph.core.laws import Dots
 from shapemorph.methods.contrast import Pattern, byte_picture
 from shapemorph.methods.descriptor_match import match_descriptors
 from shapemorph.methods.features import detect_features
@@ -110,3 +111,17 @@ def test_fine_detail_of_long_grain_follows_the_stretch():
     true = inverse_at(material_at, pairs.source, pairs.target)
     assert len(pairs) >= 15
     assert (np.linalg.norm(true - pairs.target, axis=1) < 10).mean() > 0.9
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_features_found_before_are_taken_if_they_leave_no_large_gap(share):
+    stretch, shape = 1.2, (330, 400)
+    before, after, material_at = pictures(planar_speckle(diameter=6.0, seed=3), stretch, shape)
+    grid = np.stack(np.meshgrid(np.arange(20, 290, 14.0), np.arange(20, 290, 14.0)), -1)
+    source = grid.reshape(-1, 2)
+    source = source[np.linalg.norm(source - 150, axis=1) < 140]
+    source = source[source[:, 0] <= 300 * share]
+    target = inverse_at(material_at, source, np.array(shape[::-1]) / 2)
+    start = find_start(before, after, ratio=0.8, enough=40, found=Dots(source, target))
+    assert ("features_before" in start.pairs.counts) == (share == 1.0)
+    assert_allclose(material_at(start.pairs.target), start.pairs.source, atol=2.0)

@@ -20,7 +20,7 @@ NODES_PER_GAP = 6  # nodes of a warp between two pages: so neither feels the oth
 _log = logging.getLogger(__name__)
 
 
-Matcher = Callable[[GreyImage, GreyImage, Dots | None], Matches]
+Matcher = Callable[[GreyImage, GreyImage, Dots | None, Dots | None], Matches]
 
 
 def match_by_page(
@@ -28,17 +28,20 @@ def match_by_page(
     reference: CalibratedImage,
     deformed: CalibratedImage,
     known: Dots | None = None,
+    found: Dots | None = None,
 ) -> Matches:
     """Match each page of the reference with that of the same number of the deformed.
 
     Parameters
     ----------
     match : callable
-        Matches two pictures, with what is known of them beforehand.
+        Matches two pictures, with what is known of them beforehand and what was found.
     reference, deformed : CalibratedImage
         With as many pages.
     known : Dots or None
         Pairs that are roughly right, px; those that stay on one page count.
+    found : Dots or None
+        Features that were matched before, px.
 
     Raises
     ------
@@ -46,28 +49,28 @@ def match_by_page(
         If no page matches; where some do, the others lose their points.
     """
     if reference.chart.page_count == 1:
-        return match(reference.image, deformed.image, known)
+        return match(reference.image, deformed.image, known, found)
     sides = [page_bounds(image.chart, image.image.shape[1]) for image in (reference, deformed)]
 
     def match_page(number: int) -> Matches | UnmatchedError:
         left, right = (bounds[number] for bounds in sides)
         try:
             images = page_image(reference.image, left), page_image(deformed.image, right)
-            return match(*images, _on_page(known, left, right))
+            return match(*images, _on_page(known, left, right), _on_page(found, left, right))
         except StageError as error:
             _log.warning("chart %d: %s", number, error)
             return _on_all_pages(error, left[0], right[0])
 
     results = run_at_once(match_page, range(reference.chart.page_count))
-    found = [each if isinstance(each, Matches) else None for each in results]
+    matched = [each if isinstance(each, Matches) else None for each in results]
     failures = [each for each in results if isinstance(each, UnmatchedError)]
-    if not any(found):
+    if not any(matched):
         raise UnmatchedError(
             str(failures[0]),
             np.concatenate([each.reference_px for each in failures]),
             np.concatenate([each.deformed_px for each in failures]),
         )
-    return bind_matches(found, sides[0], sides[1], (reference.image.shape, deformed.image.shape))
+    return bind_matches(matched, sides[0], sides[1], (reference.image.shape, deformed.image.shape))
 
 
 def _on_page(known: Dots | None, left: tuple[int, int], right: tuple[int, int]) -> Dots | None:

@@ -10,9 +10,10 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import CalibratedImage, SurfacePoints
+from shapemorph.core.laws import Dots
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.methods.charts.graph import edge_graph, nearest_source
-from shapemorph.methods.charts.mosaic import take_page
+from shapemorph.methods.charts.mosaic import faces_of_pages, page_bounds, take_page
 from shapemorph.methods.charts.splitting import Patch
 from shapemorph.methods.features import Features
 from shapemorph.methods.first_pairs import (
@@ -24,13 +25,15 @@ from shapemorph.methods.first_pairs import (
     side_features,
 )
 from shapemorph.methods.gluing import face_areas
-from shapemorph.methods.surface_lookup import locate, positions
+from shapemorph.methods.surface_lookup import locate, positions, project
 from shapemorph.methods.threads import run_at_once
 
 _log = logging.getLogger(__name__)
 
 LEAST_GROUP = 12  # pairs between two pages that are not chance
-REACHED = 98.0  # percentile of the reference page that lies within reach of a pair
+REACHED = 98.0  # percentile of the reference page that lies within reach of a pair, ...
+MOST_TIMES_MEDIAN = 4.0  # ... if pairs lie about evenly (then it is 2.4 times the median): what
+# is farther away, such as a patch without pattern, goes to the page whose pairs are nearest
 STRETCH = 90.0  # percentile of the local stretch that the reach allows for
 NEIGHBOURS = 7  # with which the local stretch is measured
 MARGIN = 1.3  # times the reach
@@ -56,6 +59,11 @@ class _Places:
     def __len__(self) -> int:
         return len(self.reference.face)
 
+    def on(self, faces: Ints) -> "_Places":
+        """Those on some faces of the reference."""
+        chosen = np.isin(self.reference.face, faces)
+        return _Places(*(_chosen(side, chosen) for side in (self.reference, self.deformed)))
+
 
 class Counterparts:
     """The deformed surface, asked for its parts that show the pages of a reference.
@@ -80,15 +88,37 @@ class Counterparts:
         self._leaves = _leaves(image, "deformed")
         self._graph = edge_graph(mesh.vertices, mesh.faces)
         self._features: list[Features | None] = []
+        self._places = _joined([])
+
+    def learn(self, image: CalibratedImage) -> None:
+        """Match features of every page of a reference with those of every deformed page.
+
+        Parameters
+        ----------
+        image : CalibratedImage
+            Its pages, side by side; pairs by other pages that were learnt before are kept.
+        """
+        ours = _leaves(image, "reference")
+        one = next((leaf.side for leaf in ours if leaf.side), None)
+        other = next((leaf.side for leaf in self._leaves if leaf.side), None)
+        if not (one and other):
+            return
+        mine, their = budgets(one, other)
+        self._features = self._features or _all_features(self._leaves, their)
+        found = [self._places]
+        for leaf, features in zip(ours, _all_features(ours, mine), strict=True):
+            groups = _groups(leaf, features, self._leaves, self._features, self._ratio)
+            found += [group for group in groups if len(group) >= LEAST_GROUP]
+        self._places = _joined(found)
 
     def patches(self, reference: TexturedMesh, image: CalibratedImage) -> list[Patch]:
-        """Find the counterpart of every page of the reference.
+        """Find the counterpart of every page of the reference by the pairs that are known.
 
         Parameters
         ----------
         reference : TexturedMesh
         image : CalibratedImage
-            Its pages, side by side.
+            Its pages, side by side; need not be those that the pairs were found by.
 
         Returns
         -------
@@ -96,17 +126,16 @@ class Counterparts:
             Of faces of the deformed mesh, one for each page; a page without pairs gets the
             first page of the deformed mesh, where it will match nothing.
         """
-        ours = _leaves(image, "reference")
-        found = list(self._match(ours))
+        pages = faces_of_pages(image.chart)
+        found = [self._places.on(page) for page in pages]
         distances = np.stack([_distance_from(self._graph, self.mesh, each) for each in found])
         nearest = distances.min(axis=0)
         patches = []
-        for number, (leaf, places) in enumerate(zip(ours, found, strict=True)):
+        for number, (page, places) in enumerate(zip(pages, found, strict=True)):
             if len(places) < LEAST_GROUP:
                 _log.warning("chart %d of the reference matches nothing", number)
                 faces = np.unique(self._leaves[0].image.chart.face_ids)
             else:
-                page = np.unique(leaf.image.chart.face_ids)
                 reach, most = _reach(reference, page, self.mesh, places)
                 far = distances[number]
                 inside = (far <= reach) | ((far <= nearest) & (far <= most))
@@ -115,18 +144,17 @@ class Counterparts:
             patches.append(Patch(faces, np.ones(len(faces), dtype=bool)))
         return patches
 
-    def _match(self, ours: Sequence[_Leaf]) -> Iterator[_Places]:
-        """Pairs of each page of the reference with all of the deformed."""
-        one = next((leaf.side for leaf in ours if leaf.side), None)
-        other = next((leaf.side for leaf in self._leaves if leaf.side), None)
-        if not (one and other):
-            yield from (_joined([]) for _ in ours)
-            return
-        mine, their = budgets(one, other)
-        self._features = self._features or _all_features(self._leaves, their)
-        for leaf, features in zip(ours, _all_features(ours, mine), strict=True):
-            groups = _groups(leaf, features, self._leaves, self._features, self._ratio)
-            yield _joined([group for group in groups if len(group) >= LEAST_GROUP])
+    def pairs(self, image: CalibratedImage, deformed: CalibratedImage) -> Dots:
+        """Show the pairs that are known in pictures whose pages correspond one to one, px."""
+        sides = [page_bounds(each.chart, each.image.shape[1]) for each in (image, deformed)]
+        source, target = [np.empty((0, 2))], [np.empty((0, 2))]
+        for number, (left, right) in enumerate(zip(*sides, strict=True)):
+            ours = project(take_page(image, number), self._places.reference)
+            theirs = project(take_page(deformed, number), self._places.deformed)
+            both = np.isfinite(ours).all(axis=1) & np.isfinite(theirs).all(axis=1)
+            source.append(ours[both] + [left[0], 0])
+            target.append(theirs[both] + [right[0], 0])
+        return Dots(np.concatenate(source), np.concatenate(target))
 
 
 def _leaves(image: CalibratedImage, name: str) -> list[_Leaf]:
@@ -163,15 +191,16 @@ def _groups(
             yield _lifted(leaf.image, pairs.source, other.image, pairs.target)
 
 
+def _chosen(points: SurfacePoints, chosen: Bools) -> SurfacePoints:
+    return SurfacePoints(points.face[chosen], points.barycentric[chosen])
+
+
 def _lifted(
     left: CalibratedImage, source: Floats, right: CalibratedImage, target: Floats
 ) -> _Places:
     one, other = locate(left, source), locate(right, target)
     both = (one.face >= 0) & (other.face >= 0)
-    return _Places(
-        SurfacePoints(one.face[both], one.barycentric[both]),
-        SurfacePoints(other.face[both], other.barycentric[both]),
-    )
+    return _Places(_chosen(one, both), _chosen(other, both))
 
 
 def _joined(groups: Sequence[_Places]) -> _Places:
@@ -205,11 +234,12 @@ def _reach(
 
 
 def _gap(mesh: TexturedMesh, page: Ints, places: SurfacePoints) -> float:
-    """Distance from the pairs within which nearly all of a page lies."""
+    """Distance from the pairs within which nearly all of a page lies, but for large gaps."""
     faces = mesh.faces[page]
     distance, _ = nearest_source(edge_graph(mesh.vertices, faces), _nearest_vertices(mesh, places))
     known = distance[np.unique(faces)]
-    return float(np.percentile(known[np.isfinite(known)], REACHED))
+    median, far = np.percentile(known[np.isfinite(known)], [50.0, REACHED])
+    return float(min(far, MOST_TIMES_MEDIAN * median))
 
 
 def _nearest_vertices(mesh: TexturedMesh, places: SurfacePoints) -> Ints:

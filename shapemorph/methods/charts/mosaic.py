@@ -77,6 +77,17 @@ def page_of(chart: Chart, points_px: Floats) -> Ints:
     return np.searchsorted(chart.page_starts[1:], x, side="right").astype(np.int64)
 
 
+def page_of_triangles(chart: Chart) -> Ints:
+    """Page on which each triangle of a chart lies, (M,)."""
+    return page_of(chart, chart.vertex_px)[chart.faces[:, 0]]
+
+
+def faces_of_pages(chart: Chart) -> list[Ints]:
+    """Faces of the mesh that each page of a chart shows."""
+    pages = page_of_triangles(chart)
+    return [np.unique(chart.face_ids[pages == number]) for number in range(chart.page_count)]
+
+
 def page_image(image: GreyImage, bounds: tuple[int, int]) -> GreyImage:
     """Take one page out of a picture."""
     columns = slice(*bounds)
@@ -89,8 +100,7 @@ def take_page(image: CalibratedImage, number: int) -> CalibratedImage:
     """Take one page out of a calibrated image, as a calibrated image of its own."""
     chart = image.chart
     bounds = page_bounds(chart, image.image.shape[1])[number]
-    on_page = page_of(chart, chart.vertex_px)
-    faces = np.flatnonzero(on_page[chart.faces[:, 0]] == number)
+    faces = np.flatnonzero(page_of_triangles(chart) == number)
     used, corners = np.unique(chart.faces[faces], return_inverse=True)
     renumbered = np.full(len(chart.faces) + 1, -1, dtype=np.int32)
     renumbered[faces] = np.arange(len(faces))

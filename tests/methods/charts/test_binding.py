@@ -22,7 +22,7 @@ def pictures(starts, shape):
     )
 
 
-def maps(left, _right, _known=None):
+def maps(left, _right, _known=None, _found=None):
     """Each page has a map of its own, told by its width."""
     height, width = left.shape
     y, x = np.mgrid[5:height:10, 5:width:10].astype(float)
@@ -73,7 +73,7 @@ def test_each_page_keeps_its_own_warp():
 
 
 def test_a_page_that_matches_nothing_loses_only_its_own_points():
-    def fails_on_wide(left, right, _known):
+    def fails_on_wide(left, right, *_):
         if left.shape[1] > 200:
             raise StageError("nothing")
         return maps(left, right)
@@ -87,7 +87,7 @@ def test_a_page_that_matches_nothing_loses_only_its_own_points():
 
 
 def test_no_page_matching_shows_what_looked_alike_on_all_pages():
-    def fails(left, _right, _known):
+    def fails(left, *_):
         one = np.array([[3.0, 5.0]])
         raise UnmatchedError(f"nothing on {left.shape[1]}", one, one + 1)
 
@@ -98,7 +98,7 @@ def test_no_page_matching_shows_what_looked_alike_on_all_pages():
 
 
 def test_a_blank_page_is_no_error_of_the_others():
-    def blank(left, right, _known):
+    def blank(left, right, *_):
         if left.shape[1] > 200:
             return maps(left, right)
         raise StageError("blank")
@@ -106,16 +106,17 @@ def test_a_blank_page_is_no_error_of_the_others():
     assert (match_by_page(blank, LEFT, RIGHT).reference_px[:, 0] > 180).all()
 
 
-def test_known_pairs_go_to_their_pages():
+@pytest.mark.parametrize("kind", ["known", "found"])
+def test_pairs_go_to_their_pages(kind):
     seen = {}
 
-    def keeps(left, right, known):
-        seen[left.shape[1]] = known
+    def keeps(left, right, known, found):
+        seen[left.shape[1]] = known or found
         return maps(left, right)
 
     source = np.array([[10.0, 5.0], [200.0, 6.0], [20.0, 7.0], [np.nan, 8.0]])
     target = np.array([[30.0, 5.0], [300.0, 6.0], [260.0, 7.0], [30.0, 8.0]])
-    match_by_page(keeps, LEFT, RIGHT, Dots(source, target))
+    match_by_page(keeps, LEFT, RIGHT, **{kind: Dots(source, target)})
     assert seen[180].reference_px.tolist() == [[10, 5]]
     assert seen[220].reference_px.tolist() == [[20, 6]]
     assert seen[220].deformed_px.tolist() == [[50, 6]]
