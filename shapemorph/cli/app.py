@@ -237,7 +237,7 @@ def _stage_command(name: str, purpose: str) -> None:
 
 _stage_command("match", "Find which points of the two flattened pictures show the same material")
 _stage_command("lift", "Carry the correlated points back to space")
-_stage_command("spread", "Measure with further morph laws and compare")
+_stage_command("spread", "Measure with further laws, flattenings and subsets, and compare")
 _stage_command("align", "Find the rigid motion between the two files")
 _stage_command("strain", "Measure strain on the tracked surface")
 

@@ -18,6 +18,7 @@ from shapemorph.config.reconstruct import ReconstructConfig
 from shapemorph.config.report import EquipmentConfig, ReportConfig
 from shapemorph.config.run import RunConfig, TrackConfig
 from shapemorph.config.section import Section, Unit, Vector3
+from shapemorph.config.spread import SpreadConfig
 from shapemorph.config.surface import AlignConfig, LiftConfig, StrainConfig
 from shapemorph.config.synthesize import DamageConfig, SynthesizeConfig
 from shapemorph.config.turn import TurnConfig
@@ -51,6 +52,7 @@ __all__ = [
     "RigConfig",
     "RunConfig",
     "Section",
+    "SpreadConfig",
     "StarConfig",
     "StrainConfig",
     "SynthesizeConfig",

@@ -14,6 +14,7 @@ from shapemorph.config.morph import MorphConfig
 from shapemorph.config.reconstruct import ReconstructConfig
 from shapemorph.config.report import ReportConfig
 from shapemorph.config.section import Section
+from shapemorph.config.spread import SpreadConfig
 from shapemorph.config.surface import AlignConfig, LiftConfig, StrainConfig
 
 
@@ -42,6 +43,7 @@ class RunConfig(Section):
     morph: MorphConfig = MorphConfig()
     correlate: CorrelateConfig = CorrelateConfig()
     lift: LiftConfig = LiftConfig()
+    spread: SpreadConfig = SpreadConfig()
     align: AlignConfig = AlignConfig()
     strain: StrainConfig = StrainConfig()
     forming: FormingConfig = FormingConfig()

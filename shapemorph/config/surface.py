@@ -46,9 +46,21 @@ class StrainConfig(Section):
     thickness: float | None = Field(
         None, gt=0, description="of the sheet before the deformation, mm: gives a map of thickness"
     )
+    surface: Literal["middle", "outer", "inner"] = Field(
+        "middle",
+        description="what was measured of a sheet; outer: the skin that its normals (faces "
+        "counter-clockwise) point away from, as scanners see it; inner: the one that they point "
+        "into; strain is carried to the middle",
+    )
 
     @model_validator(mode="after")
     def _window_has_a_centre(self) -> Self:
         if self.window % 2 == 0:
             raise ValueError(f"window must be odd, got {self.window}")
+        return self
+
+    @model_validator(mode="after")
+    def _skin_has_a_thickness(self) -> Self:
+        if self.surface != "middle" and self.thickness is None:
+            raise ValueError(f"surface {self.surface} needs the thickness of the sheet: give both")
         return self

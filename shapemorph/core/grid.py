@@ -36,6 +36,9 @@ class CorrelationGrid:
     bias_px : (R, C, 2) float64 or None
         Estimated systematic error of `deformed_px`, estimate - truth; NaN where it is not
         known. None where it was not estimated at all.
+    smoothing : float
+        How finely the pictures were warped by what a first search had found: standard
+        deviation of the averaging weights, in subsets; 0: they were not.
     """
 
     reference_px: Floats
@@ -49,6 +52,7 @@ class CorrelationGrid:
     subset_size: int
     kernel_seconds: float
     bias_px: Floats | None = None
+    smoothing: float = 0.0
 
     def __post_init__(self) -> None:
         shape = self.status.shape

@@ -1,4 +1,4 @@
-"""Morph laws: what they are given, and how far results of several of them differ."""
+"""Morph laws: what they are given, and how far results of several of them differ; variants."""
 
 from dataclasses import dataclass
 
@@ -78,6 +78,30 @@ class LawInputs:
     finite_elements: RadialProfile | NodalField | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """The same pair measured in another way, against the main result.
+
+    Attributes
+    ----------
+    name : str
+        What was changed: "flatten.method=lscm".
+    compared : int
+        Points of the main result that have a value in both.
+    rms, p95 : float
+        Distance of the deformed positions, mm.
+    e1_rms, e2_rms : float
+        Difference of the principal Green-Lagrange strains.
+    """
+
+    name: str
+    compared: int
+    rms: float
+    p95: float
+    e1_rms: float
+    e2_rms: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LawSpread:
     """Results of several morph laws against those of the first.
@@ -96,7 +120,9 @@ class LawSpread:
     rms, p95 : (L,) float64
         Distance of the deformed positions from those of the main law, mm.
     failures : dict of str to str
-        Laws that led to nothing, and why.
+        Laws and variants that led to nothing, and why.
+    variants : tuple of Variant
+        Other flattenings and subsets.
     """
 
     laws: tuple[str, ...]
@@ -106,3 +132,4 @@ class LawSpread:
     rms: Floats
     p95: Floats
     failures: dict[str, str]
+    variants: tuple[Variant, ...] = ()

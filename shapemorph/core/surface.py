@@ -35,11 +35,12 @@ class TrackedSurface:
         two meshes adds: that of the reference on the reference surface, that of the
         deformed on the deformed surface, mm; NaN where not OK. None: not known, none.
     covariance : (R, C, 3, 3) float64 or None
-        Of the deformed position, in its frame, against the true one of the material at the
-        reference position, mm^2; NaN where not OK. None: not known.
-    sigma_height : (R, C) float64 or None
-        Standard deviation of the reference position along its normal, mm; NaN where not
-        OK. None: not known.
+        Predicted for the deformed position along its surface, in its frame, against the
+        true one of the material at the reference position, mm^2; NaN where not OK. None:
+        not known.
+    sigma_heights : (R, C, 2) float64 or None
+        Standard deviations of reference and deformed position along their normals, mm; NaN
+        where not OK. None: not known.
     """
 
     reference: Floats
@@ -51,7 +52,7 @@ class TrackedSurface:
     mesh_noise: Floats
     sigma_mesh: Floats | None = None
     covariance: Floats | None = None
-    sigma_height: Floats | None = None
+    sigma_heights: Floats | None = None
 
     def __post_init__(self) -> None:
         shape = self.status.shape
@@ -95,6 +96,10 @@ class StrainField:
     facet_tensor : (R-1, C-1, 2, 2, 2) float64
         E of the two triangles of each cell (lower, upper), each homogeneous, in a basis
         whose first axis follows the grid columns.
+    scatter : float
+        Scatter of the matches about the fits over the predicted one; the standard
+        deviations here are multiplied by it, or by more where the fits leave clearly more,
+        those of the tracked surface are not.
     window : int
         Points across the fitting window.
     gauge_px, gauge_mm : float
@@ -115,6 +120,7 @@ class StrainField:
     sigma_e2: Floats
     sigma_difference: Floats
     facet_tensor: Floats
+    scatter: float
     window: int
     gauge_px: float
     gauge_mm: float

@@ -54,7 +54,7 @@ def assemble_measurement(
         **measures_of(field),
         "zncc": grid.zncc,
         "iterations": grid.iterations,
-        **_position_noise(tracked, alignment),
+        **_position_noise(tracked, alignment, field.scatter),
         **noise_of_measures(field),
     }
     lost = status != PointStatus.OK
@@ -105,22 +105,25 @@ def _positions(
     }
 
 
-def _position_noise(tracked: TrackedSurface, alignment: Alignment) -> dict[str, Floats]:
+def _position_noise(
+    tracked: TrackedSurface, alignment: Alignment, scatter: float
+) -> dict[str, Floats]:
     """Give standard deviations of both positions and the displacement, by component, mm."""
-    if tracked.covariance is None or tracked.sigma_height is None:
+    if tracked.covariance is None or tracked.sigma_heights is None:
         unknown = np.full_like(tracked.reference, np.nan)
-        components = dict.fromkeys(
-            ("sigma_uvw", "sigma_points", "sigma_deformed_position"), unknown
-        )
-    else:
-        height = tracked.reference_normal * tracked.sigma_height[..., None]
-        turned = alignment.rotation @ tracked.covariance @ alignment.rotation.T
-        components = {
-            "sigma_uvw": np.sqrt(_diagonal(turned) + height**2),
-            "sigma_points": np.abs(height),
-            "sigma_deformed_position": np.sqrt(_diagonal(tracked.covariance)),
-        }
-    return {"sigma_displacement": tracked.sigma_position, **components}
+        names = ("sigma_uvw", "sigma_points", "sigma_deformed_position")
+        return {"sigma_displacement": tracked.sigma_position, **dict.fromkeys(names, unknown)}
+    before = tracked.reference_normal * tracked.sigma_heights[..., :1]
+    after = tracked.deformed_normal * tracked.sigma_heights[..., 1:]
+    covariance = scatter**2 * tracked.covariance + after[..., :, None] * after[..., None, :]
+    turned = alignment.rotation @ covariance @ alignment.rotation.T
+    variances = _diagonal(turned) + before**2
+    return {
+        "sigma_displacement": np.sqrt(variances.mean(axis=-1)),
+        "sigma_uvw": np.sqrt(variances),
+        "sigma_points": np.abs(before),
+        "sigma_deformed_position": np.sqrt(_diagonal(covariance)),
+    }
 
 
 def _diagonal(covariance: Floats) -> Floats:

@@ -15,7 +15,7 @@ def bending_share(
     points: tuple[Floats, Floats],
     fits: tuple[Floats, Floats],
     bent: Floats,
-) -> Floats:
+) -> tuple[Floats, Floats]:
     """Weigh bending against a homogeneous deformation of space, window by window.
 
     Both change the curvature of a surface and may have one and the same quadratic fit, but
@@ -38,11 +38,13 @@ def bending_share(
 
     Returns
     -------
-    (N,)
+    share : (N,)
         Probability of bending, 0 to 1: 1 / (1 + p (b / a)^(K - 6)), with the sums of
         squares b and a that bending and the affine map leave in the deformed surface and
         the odds p: the likelihoods of both, for noise of unknown size. Next to 1 where
         noise hides which it was.
+    left : (N,)
+        The sum b, mm^2.
     """
     normal = _normal(fits[1])
     size = np.where(inside, (coordinates**2).sum(axis=2), 0.0).sum(axis=1)
@@ -51,7 +53,7 @@ def bending_share(
     bending = _squares(_tangential(bent, normal), inside) + floor
     doubt = (inside.sum(axis=1) - 6) * np.log(bending / affine) + np.log(_STRETCHED)
     share: Floats = 1 / (1 + np.exp(np.clip(doubt, -500, 500)))
-    return share
+    return share, bending - floor
 
 
 def _left_by_affine(

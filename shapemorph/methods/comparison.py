@@ -11,7 +11,12 @@ from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.core.synthetic import Truth, TruthPoints
 from shapemorph.methods.rigid import fit_rigid
-from shapemorph.methods.synthetic.truth import random_material, truth_at, truth_of_material
+from shapemorph.methods.synthetic.truth import (
+    random_material,
+    true_tensor,
+    truth_at,
+    truth_of_material,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +102,10 @@ def compare_with_truth(
         "kink_margin_mm": yardstick.kink_margin,
         "dE1": _spread(np.abs(measurement.arrays["E1"][good] - exact.e1)[away]),
         "dE2": _spread(np.abs(measurement.arrays["E2"][good] - exact.e2)[away]),
-        "displacement_error_mm": _spread(_displacement_error(measurement, good, exact, ~wrong)),
+        "displacement_error_mm": _spread(
+            np.linalg.norm(_displacement_error(measurement, good, exact, ~wrong), axis=1)
+        ),
+        "within_sigma": within_sigma(measurement, truth, exact, away),
         **_coverage(truth, measurement.reference[good][~wrong], yardstick),
     }
 
@@ -125,15 +133,66 @@ def _spread(values: Floats) -> dict[str, float | None]:
     }
 
 
+def within_sigma(
+    measurement: Measurement, truth: Truth, exact: TruthPoints, away: Bools
+) -> dict[str, float]:
+    """Share of good points whose error is at most the standard deviation that they state.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    truth : Truth
+    exact : TruthPoints
+        Of its OK points.
+    away : (N,) bool
+        OK points that are judged.
+
+    Returns
+    -------
+    dict of str to float
+        For u, v, w, for the components of the tensor in its tangent basis, and for E1 and
+        E2 where they differ by more than 3 sigma; 0.683 for normal errors without bias. Empty
+        where the measurement does not state them.
+    """
+    if not {"sigma_uvw", "E_tangent", "tangent_1"} <= measurement.arrays.keys():
+        return {}
+    good = measurement.arrays["status"] == PointStatus.OK
+    arrays = {name: values[good] for name, values in measurement.arrays.items()}
+    error = _displacement_error(measurement, good, exact, np.ones(len(away), dtype=bool))
+    error = error + exact.reference - measurement.reference[good]
+    basis = np.stack([arrays["tangent_1"], arrays["tangent_2"]], axis=1)
+    tensor = true_tensor(truth, measurement.reference[good], basis)
+    components = np.stack([tensor[:, 0, 0], tensor[:, 1, 1], tensor[:, 0, 1]], axis=1)
+    clear = away & np.isfinite(arrays["direction_1"][:, 0])
+    judged = {
+        **{n: (error[:, k], arrays["sigma_uvw"][:, k], away) for k, n in enumerate("uvw")},
+        **{
+            f"E_{n}": (
+                (arrays["E_tangent"] - components)[:, k],
+                arrays["sigma_E_tangent"][:, k],
+                away,
+            )
+            for k, n in enumerate(("11", "22", "12"))
+        },
+        "E1": (arrays["E1"] - exact.e1, arrays["sigma_E1"], clear),
+        "E2": (arrays["E2"] - exact.e2, arrays["sigma_E2"], clear),
+    }
+    return {
+        name: float(np.mean(np.abs(off[where]) <= sigma[where]))
+        for name, (off, sigma, where) in judged.items()
+        if where.any()
+    }
+
+
 def _displacement_error(
     measurement: Measurement, good: Bools, exact: TruthPoints, right: Bools
 ) -> Floats:
-    """Error (N,) of the displacement after the best rigid motion of the right points, mm."""
+    """Error (N, 3) of the displacement after the best rigid motion of the right points, mm."""
     moved = measurement.reference[good] + measurement.arrays["displacement"][good]
     if np.count_nonzero(right) < 3:
-        return np.full(len(moved), np.nan)
+        return np.full_like(moved, np.nan)
     gauge = fit_rigid(exact.deformed[right], moved[right], np.ones(np.count_nonzero(right)))
-    error: Floats = np.linalg.norm(moved - gauge.apply(exact.deformed), axis=1)
+    error: Floats = moved - gauge.apply(exact.deformed)
     return error
 
 

@@ -30,12 +30,23 @@ class TangentFit:
         given at the K points of the window.
     mm_per_px : (N,) float64
         Scale of the reference picture there.
+    bends : two of (N, 2, 2) float64
+        Second derivatives of reference and deformed position along their normals, by
+        coordinates in `tangent`, 1/mm.
+    bend_gain : (N,) float64
+        Standard deviation of one of them for heights with independent unit noise, 1/mm^2.
+    misfit : (N,) float64
+        Sum of squares that the fit leaves of the deformed positions along their surface,
+        mm^2.
     """
 
     tangent: Floats
     gradient: Floats
     slopes: Floats
     mm_per_px: Floats
+    bends: tuple[Floats, Floats]
+    bend_gain: Floats
+    misfit: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,19 +106,25 @@ def _fit(patch: _Patch, plane: Floats, mm_per_px: Floats) -> TangentFit:
     slopes = back @ _slopes_of(operators)
     flat = coordinates @ (_slopes_of(reference) @ np.swapaxes(tangent, 1, 2))
     gradient = back @ _slopes_of(deformed)
-    bends = (back @ normal_bend(fit) @ turn for fit in (reference, deformed))
-    cubics, shapes = bending_cubics(next(bends), gradient, next(bends)), _cubics(flat)
+    bends = [back @ normal_bend(fit) @ turn for fit in (reference, deformed)]
+    cubics, shapes = bending_cubics(bends[0], gradient, bends[1]), _cubics(flat)
     bent = patch.deformed - shapes @ np.swapaxes(cubics, 1, 2) @ gradient
-    share = bending_share(
-        coordinates,
-        inside,
-        (patch.reference, patch.deformed),
-        (reference, deformed),
-        bent - quadratics(coordinates) @ (operators @ bent),
+    bent = bent - quadratics(coordinates) @ (operators @ bent)
+    share, misfit = bending_share(
+        coordinates, inside, (patch.reference, patch.deformed), (reference, deformed), bent
     )
     short = bending_terms(cubics, gradient, slopes @ shapes)
     gradient = gradient - share[:, None, None] * short
-    return TangentFit(tangent, np.swapaxes(gradient, 1, 2), slopes, mm_per_px)
+    gain = np.sqrt(2 * (operators[:, [3, 5]] ** 2).sum(axis=(1, 2)))
+    return TangentFit(
+        tangent=tangent,
+        gradient=np.swapaxes(gradient, 1, 2),
+        slopes=slopes,
+        mm_per_px=mm_per_px,
+        bends=(bends[0], bends[1]),
+        bend_gain=gain,
+        misfit=misfit,
+    )
 
 
 def _gather(reference: Floats, deformed: Floats, windows: Windows) -> _Patch:

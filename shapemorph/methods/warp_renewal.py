@@ -6,6 +6,7 @@ from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.matching import Warp
 from shapemorph.methods.warping import warp_points
 
+SMOOTHING = (0.3, 1.0)  # of the subset: over these lengths a renewed warp averages the points
 MARGIN = 6  # cells around the grid; the spline forgets its border by 0.27 per cell
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 RIDGE = 1e-6  # of the weight: keeps fits at rims and corners solvable

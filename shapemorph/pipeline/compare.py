@@ -73,6 +73,7 @@ def comparison_lines(result: dict[str, Any]) -> list[str]:
         ("displacement error", _microns(result["displacement_error_mm"])),
         ("|dE1|", _strains(result["dE1"])),
         ("|dE2|", _strains(result["dE2"])),
+        ("within 1 sigma", _shares(result["within_sigma"])),
     ]
     if result["wrong_limit_mm"] == WRONG:
         del rows[5]
@@ -86,6 +87,7 @@ def _notes(result: dict[str, Any]) -> list[str]:
         f"{result['rim_margin_mm']:g} mm inside the rim",
         "displacement: after the best rigid motion of the right points",
         f"strains: Green-Lagrange, {result['kink_margin_mm']:g} mm off any kink of the map",
+        "within 1 sigma: 68 % for normal errors without bias; E1, E2 where they are told apart",
     ]
 
 
@@ -102,6 +104,10 @@ def _microns(spread: dict[str, float | None]) -> str:
         f"{name} {'-' if value is None else format(1000 * value, '.2f')} um"
         for name, value in spread.items()
     )
+
+
+def _shares(shares: dict[str, float]) -> str:
+    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items()) or "-"
 
 
 def _strains(spread: dict[str, float | None]) -> str:

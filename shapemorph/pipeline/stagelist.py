@@ -3,6 +3,8 @@
 A stage is imported when it runs: looking at a finished run loads nothing heavy.
 """
 
+from dataclasses import replace
+
 from shapemorph.config import (
     AlignConfig,
     CorrelateConfig,
@@ -28,14 +30,7 @@ from shapemorph.core.morphed import Morphed
 from shapemorph.core.region import Region
 from shapemorph.core.surface import Alignment, StrainField, TrackedSurface
 from shapemorph.pipeline.run import Stage
-
-
-class SpreadSection(Section):
-    """The sections of the stages that the spread repeats with further morph laws."""
-
-    morph: MorphConfig
-    correlate: CorrelateConfig
-    lift: LiftConfig
+from shapemorph.pipeline.variants import Runs, SpreadSection, Whole, measure_variants
 
 
 def _reports(reports: InputReports, section: None) -> InputReports:  # noqa: ARG001
@@ -146,6 +141,8 @@ def _spread(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
     reference: TexturedMesh,
     deformed: TexturedMesh,
     region: Region | None,
+    meridian: Floats | None,
+    landmarks: Landmarks | None,
     pair: FlattenedPair,
     matches: Matches,
     law_inputs: LawInputs,
@@ -164,7 +161,8 @@ def _spread(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
     ]
     results: list[LawResult] = []
     failures: dict[str, str] = {}
-    for law in section.morph.all_laws:
+    main = grid, tracked
+    for law in section.morph.all_laws if section.morph.laws else ():
         config = section.morph.model_copy(update={"law": law})
         try:
             alone = law_warp(sides[0], sides[1], matches, law_inputs, config, law=law)
@@ -176,7 +174,11 @@ def _spread(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
             failures[law] = str(error)
             continue
         results.append(LawResult(law, alone, grid, tracked))
-    return spread(results, failures)
+    found = spread(results, failures)
+    whole = Whole(reference, deformed, region, meridian, landmarks, law_inputs)
+    runs = Runs(_flatten, _match, _morph, _correlate, _lift, _strain)
+    variants, lost = measure_variants(whole, (pair, matches), main, section, runs)
+    return replace(found, variants=variants, failures={**found.failures, **lost})
 
 
 def _align(  # noqa: PLR0913, PLR0917 - one for each name in `reads`
@@ -232,6 +234,8 @@ STAGES: tuple[Stage, ...] = (
             "reference",
             "deformed",
             "region",
+            "meridian",
+            "landmarks",
             "flatten",
             "match",
             "all_law_inputs",
@@ -267,10 +271,11 @@ def sections(config: RunConfig) -> dict[str, Section | None]:
     """Section of every stage.
 
     The content of `inputs` comes in through its sources; `spread` repeats what others do,
-    with their sections, and does nothing where no further laws are listed.
+    with their sections, and does nothing where no further laws or ways are listed.
     """
-    repeated = SpreadSection(morph=config.morph, correlate=config.correlate, lift=config.lift)
-    special = {"inputs": None, "spread": repeated if config.morph.laws else None}
+    repeated = SpreadSection(**{name: getattr(config, name) for name in SpreadSection.model_fields})
+    asked = config.morph.laws or config.spread.flattenings or config.spread.subset_sizes
+    special = {"inputs": None, "spread": repeated if asked else None}
     return {
         stage.name: special[stage.name] if stage.name in special else getattr(config, stage.name)
         for stage in STAGES

@@ -18,7 +18,7 @@ from shapemorph.core.flattened import FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.inputreports import InputReports
-from shapemorph.core.laws import LawSpread
+from shapemorph.core.laws import LawSpread, Variant
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.results import RunResults
@@ -134,7 +134,9 @@ def matching_figures(matches: Matches) -> dict[str, Any]:
 
 def systematic_figures(spread_of_laws: LawSpread | None) -> dict[str, Any]:
     """Describe how far positions lie apart that were measured with several morph laws, mm."""
-    if spread_of_laws is None or not (spread_of_laws.laws or spread_of_laws.failures):
+    if spread_of_laws is None or not (
+        spread_of_laws.laws or spread_of_laws.failures or spread_of_laws.variants
+    ):
         return {}
     columns = zip(
         spread_of_laws.laws,
@@ -149,12 +151,31 @@ def systematic_figures(spread_of_laws: LawSpread | None) -> dict[str, Any]:
     return {
         "systematic": {
             "main_law": spread_of_laws.laws[0] if spread_of_laws.laws else None,
-            "position_rms_mm": max(spread_of_laws.rms.tolist(), default=float("nan")),
-            "position_p95_mm": max(spread_of_laws.p95.tolist(), default=float("nan")),
+            "position_rms_mm": _largest(
+                [*spread_of_laws.rms.tolist(), *(v.rms for v in spread_of_laws.variants)]
+            ),
+            "position_p95_mm": _largest(
+                [*spread_of_laws.p95.tolist(), *(v.p95 for v in spread_of_laws.variants)]
+            ),
             "laws": laws,
+            "variants": {each.name: _variant_figures(each) for each in spread_of_laws.variants},
             "failures": dict(spread_of_laws.failures),
         }
     }
+
+
+def _variant_figures(variant: Variant) -> dict[str, Any]:
+    return {
+        "points_compared": variant.compared,
+        "position_rms_mm": variant.rms,
+        "position_p95_mm": variant.p95,
+        "E1_rms": variant.e1_rms,
+        "E2_rms": variant.e2_rms,
+    }
+
+
+def _largest(values: list[float]) -> float:
+    return max(values, default=float("nan"))
 
 
 def correlation_figures(
@@ -293,6 +314,7 @@ def _strain(field: StrainField, measurement: Measurement, spacing: int) -> dict[
         "gauge_px": field.gauge_px,
         "gauge_mm": field.gauge_mm,
         "facet_gauge_mm": (field.gauge_px - (field.window - 2) * spacing) * mm_per_px,
+        "scatter_over_predicted": field.scatter,
         "share_without_direction": isotropic,
         "directions": _DIRECTIONS.format(isotropic),
         **{name: spread(arrays[name]) for name in _SPREADS},

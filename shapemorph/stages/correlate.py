@@ -32,10 +32,9 @@ from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, affine_starts, grid_points
 from shapemorph.methods.systematic import shape_bias, systematic_error
 from shapemorph.methods.threads import kernel_threads
-from shapemorph.methods.warp_renewal import renew_warp
+from shapemorph.methods.warp_renewal import SMOOTHING, renew_warp
 from shapemorph.methods.warping import warp_points
 
-SMOOTHING = (0.3, 1.0)  # of the subset: over these lengths a renewed warp averages the points
 log = logging.getLogger(__name__)
 
 OUTLIER_FLOOR = 0.15  # px; a residual may always differ so much from its neighbours
@@ -118,7 +117,7 @@ def correlate(
         source, target, grid.points, found.warps, found.ok, radius=settings.radius
     )
     bias = systematic_error(source, found, rest, composed, order=settings.order)
-    return replace(composed, bias_px=bias)
+    return replace(composed, bias_px=bias, smoothing=SMOOTHING[0] if renewal else 0.0)
 
 
 Matcher = Callable[[ReferencePicture, DeformedPicture, PointGrid], GridMatches]

@@ -77,26 +77,23 @@ def lift(
         interpolated_noise(points.barycentric, vertex_noise=vertex)
         for points, vertex in ((before, noise[0]), (after, noise[1]))
     ]
-    deformed_normal = normals_at(normals[1], deformed_mesh.faces, after)
     covariance = position_covariance(
-        scales,
-        grid.gradient.reshape(-1, 2, 2),
-        grid.sigma_px.reshape(-1, 2),
-        sigma_mesh,
-        deformed_normal * heights[1][:, None],
+        scales, grid.gradient.reshape(-1, 2, 2), grid.sigma_px.reshape(-1, 2), sigma_mesh
     )
-    variance = np.trace(covariance, axis1=1, axis2=2) + heights[0] ** 2
+    variance = np.trace(covariance, axis1=1, axis2=2) + heights[0] ** 2 + heights[1] ** 2
     return TrackedSurface(
         reference=positions(reference_mesh, before).reshape(*shape, 3),
         deformed=_without(positions(deformed_mesh, after), lost).reshape(*shape, 3),
         reference_normal=normals_at(normals[0], reference_mesh.faces, before).reshape(*shape, 3),
-        deformed_normal=_without(deformed_normal, lost).reshape(*shape, 3),
+        deformed_normal=_without(normals_at(normals[1], deformed_mesh.faces, after), lost).reshape(
+            *shape, 3
+        ),
         sigma_position=_without(np.sqrt(variance / 3), lost).reshape(shape),
         status=status,
         mesh_noise=noise,
         sigma_mesh=_without(sigma_mesh, lost).reshape(*shape, 2),
         covariance=_without(covariance.reshape(-1, 9), lost).reshape(*shape, 3, 3),
-        sigma_height=_without(heights[0], lost).reshape(shape),
+        sigma_heights=_without(np.stack(heights, axis=1), lost).reshape(*shape, 2),
     )
 
 

@@ -1,4 +1,4 @@
-"""Stage `spread`: how far results of several morph laws lie apart."""
+"""Stage `spread`: how far results of several laws, flattenings, subsets lie apart."""
 
 import logging
 from collections.abc import Sequence
@@ -8,10 +8,11 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats
 from shapemorph.core.grid import CorrelationGrid
-from shapemorph.core.laws import LawSpread
+from shapemorph.core.laws import LawSpread, Variant
 from shapemorph.core.matching import Warp
 from shapemorph.core.status import PointStatus
-from shapemorph.core.surface import TrackedSurface
+from shapemorph.core.surface import StrainField, TrackedSurface
+from shapemorph.methods.variant_differences import carried_over
 from shapemorph.methods.warping import warp_points
 
 log = logging.getLogger(__name__)
@@ -34,6 +35,20 @@ class LawResult:
     warp: Warp
     grid: CorrelationGrid
     tracked: TrackedSurface
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FullResult:
+    """A measurement with its strain.
+
+    Attributes
+    ----------
+    tracked : TrackedSurface
+    field : StrainField
+    """
+
+    tracked: TrackedSurface
+    field: StrainField
 
 
 def spread(results: Sequence[LawResult], failures: dict[str, str]) -> LawSpread:
@@ -63,6 +78,45 @@ def spread(results: Sequence[LawResult], failures: dict[str, str]) -> LawSpread:
     for law, rms in zip(found.laws[1:], found.rms[1:], strict=True):
         log.info("law %s: %.2g mm rms from law %s", law, rms, found.laws[0])
     return found
+
+
+def differ(name: str, main: FullResult, other: FullResult) -> Variant:
+    """Compare a measurement of the same pair on any grid with the main one.
+
+    Parameters
+    ----------
+    name : str
+        What was changed.
+    main, other : FullResult
+        The points of `main` are judged; `other` is interpolated to them.
+    """
+    ok = [np.isfinite(each.field.e1) & (each.tracked.status == PointStatus.OK)
+          for each in (main, other)]  # fmt: skip
+    found = carried_over(
+        main.tracked.reference[ok[0]],
+        main.tracked.reference_normal[ok[0]],
+        other.tracked.reference[ok[1]],
+        _columns(other)[ok[1]],
+    )
+    off = found - _columns(main)[ok[0]]
+    off = off[np.isfinite(off).all(axis=1)]
+    distance = np.linalg.norm(off[:, :3], axis=1)
+    variant = Variant(
+        name,
+        len(off),
+        _rms(distance),
+        _percentile(distance, 95.0),
+        _rms(off[:, 3]),
+        _rms(off[:, 4]),
+    )
+    log.info("%s: %.2g mm rms from the main result", name, variant.rms)
+    return variant
+
+
+def _columns(result: FullResult) -> Floats:
+    """Deformed position, E1 and E2, (R, C, 5)."""
+    strains = np.stack([result.field.e1, result.field.e2], axis=-1)
+    return np.concatenate([result.tracked.deformed, strains], axis=-1)
 
 
 def _distances(main: TrackedSurface, other: TrackedSurface) -> Floats:

@@ -5,15 +5,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from shapemorph.config import StrainConfig
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.errors import StageError
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.core.surface import StrainField, TrackedSurface
 from shapemorph.methods.facet_strain import facet_strain
-from shapemorph.methods.field_noise import overlap_correlation, slope_noise, strain_noise, turned
+from shapemorph.methods.field_noise import (
+    match_correlation,
+    scatter_about_fits,
+    slope_noise,
+    strain_noise,
+    turned,
+)
 from shapemorph.methods.grid_windows import Windows, connected_windows
 from shapemorph.methods.measures import WITHIN_NOISE
+from shapemorph.methods.mid_surface import Curvatures, curvatures, mid_metric
 from shapemorph.methods.principal import principal
 from shapemorph.methods.tangent_fit import TangentFit, fit_tangent
 
@@ -34,6 +41,7 @@ class _Points:
     sigma_tensor: Floats
     sigma_values: Floats
     mm_per_px: Floats
+    misfit: Floats
 
 
 def strain(tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig) -> StrainField:
@@ -59,25 +67,77 @@ def strain(tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig)
     """
     usable = tracked.status == PointStatus.OK
     points = _nothing(usable.size)
+    skin = _skin(tracked, grid, config)
     chunk = max(1, _CHUNK_POINTS // config.window**2)
     for windows in connected_windows(usable, window=config.window, chunk=chunk):
-        _measure(points, windows, tracked, grid)
+        _measure(points, windows, tracked, grid, skin, config.window)
     if not np.isfinite(points.values).any():
         raise StageError(
             f"expected at least one point with enough neighbours for a strain window of "
             f"{config.window} points, got none of {usable.size} ({count_statuses(tracked.status)}):"
             f" lower correlate.spacing, or look for why points were lost"
         )
-    return _field(points, tracked, grid, config)
+    scatter, of_slopes = _scatter(points, tracked, grid, config)
+    _settle_noise(points, of_slopes.ravel())
+    return _field(points, tracked, grid, config, scatter)
 
 
 def _nothing(count: int) -> _Points:
-    shapes = [(2, 3), (2, 3), (2, 2), (2, 2), (2,), (3,), (3,), (3,), (3,), ()]
+    shapes = [(2, 3), (2, 3), (2, 2), (2, 2), (2,), (3,), (3,), (3,), (3,), (), ()]
     return _Points(*(np.full((count, *shape), np.nan) for shape in shapes))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Skin:
+    """What carries the strain of a skin to the middle of the sheet, one row a grid point."""
+
+    curved: Curvatures
+    sides: Floats
+    heights: Floats
+    thickness: float
+
+
+def _skin(tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig) -> _Skin | None:
+    """Prepare to leave the measured skin; None where the middle was measured."""
+    if config.surface == "middle" or config.thickness is None:
+        return None
+    window = 2 * config.window - 1
+    curved = curvatures(
+        (tracked.reference.reshape(-1, 3), tracked.deformed.reshape(-1, 3)),
+        grid.reference_px.reshape(-1, 2),
+        tracked.status == PointStatus.OK,
+        window=window,
+        chunk=max(1, _CHUNK_POINTS // window**2),
+    )
+    outward = np.stack(
+        [each.reshape(-1, 3) for each in (tracked.reference_normal, tracked.deformed_normal)],
+        axis=1,
+    )
+    towards = np.sign((curved.normals * outward).sum(axis=2))
+    sides = -towards if config.surface == "outer" else towards
+    heights = tracked.sigma_heights
+    heights = np.zeros((len(sides), 2)) if heights is None else heights.reshape(-1, 2)
+    return _Skin(curved, sides, heights, config.thickness)
+
+
+def _leave_skin(metric: Floats, rows: Ints, skin: _Skin) -> tuple[Floats, Floats]:
+    """Metric (N, 2, 2) of the middle, and the noise that the curvatures put into E11, E22."""
+    middle, offsets = mid_metric(
+        metric, skin.curved.bends[rows], skin.sides[rows], thickness=skin.thickness
+    )
+    bent = offsets * skin.heights[rows] * skin.curved.gain[rows, None]
+    stretched = np.diagonal(metric, axis1=1, axis2=2)
+    noise: Floats = np.hypot(bent[:, :1] * stretched, bent[:, 1:])
+    return middle, noise
+
+
 def _measure(
-    points: _Points, windows: Windows, tracked: TrackedSurface, grid: CorrelationGrid
+    points: _Points,
+    windows: Windows,
+    tracked: TrackedSurface,
+    grid: CorrelationGrid,
+    skin: _Skin | None,
+    window: int,
 ) -> None:
     """Fill in the rows of the centres of some windows."""
     fit = fit_tangent(
@@ -87,7 +147,9 @@ def _measure(
         windows,
     )
     rows = windows.centres
-    metric = np.swapaxes(fit.gradient, 1, 2) @ fit.gradient
+    metric, curving = np.swapaxes(fit.gradient, 1, 2) @ fit.gradient, np.zeros((len(rows), 2))
+    if skin is not None:
+        metric, curving = _leave_skin(metric, rows, skin)
     tensor = (metric - np.eye(2)) / 2
     values, direction = principal(tensor)
     frame = _deformed_frame(fit.gradient)
@@ -95,12 +157,12 @@ def _measure(
     points.gradient[rows] = frame @ fit.gradient
     points.tensor[rows], points.values[rows] = tensor, values
     points.mm_per_px[rows] = fit.mm_per_px
+    full = windows.inside.all(axis=1) & (windows.inside.shape[1] == window**2)
+    points.misfit[rows] = np.where(full, fit.misfit, np.nan)
     sources = _noise_sources(fit, windows, points.gradient[rows], tracked, grid)
-    points.sigma_tensor[rows] = _combined(sources)[:, :3]
-    noise = _combined([turned(*source, direction) for source in sources])
+    points.sigma_tensor[rows] = _combined(sources, curving)[:, :3]
+    noise = _combined([turned(*source, direction) for source in sources], curving)
     points.sigma_values[rows] = noise[:, [0, 1, 3]]
-    clear = values[:, 0] - values[:, 1] > WITHIN_NOISE * noise[:, 3]
-    direction = np.where(clear[:, None], direction, np.nan)
     points.direction[rows] = _in_space(fit.tangent, direction)
     points.direction_deformed[rows] = _unit(fit.gradient @ direction[:, :, None])
 
@@ -113,9 +175,7 @@ def _noise_sources(
     grid: CorrelationGrid,
 ) -> list[tuple[Floats, Floats]]:
     """Noise of slopes and what it acts on: the pictures, the reference and the deformed mesh."""
-    correlation = overlap_correlation(
-        windows.offsets, spacing=grid.spacing, subset_size=grid.subset_size
-    )
+    correlation = _correlation(windows.offsets, grid)
     metric = np.swapaxes(gradient, 1, 2) @ gradient
     by_px = metric @ np.swapaxes(_mm_per_px(fit, windows, grid), 1, 2)
     pictures = slope_noise(fit, windows, grid.sigma_px.reshape(-1, 2), correlation)
@@ -127,10 +187,44 @@ def _noise_sources(
     return sources
 
 
-def _combined(sources: list[tuple[Floats, Floats]]) -> Floats:
-    """Add independent sources: noise of E11, E22, E12 and E11 - E22, (N, 4)."""
+def _correlation(offsets: Ints, grid: CorrelationGrid) -> Floats:
+    return match_correlation(
+        offsets, spacing=grid.spacing, subset_size=grid.subset_size, smoothing=grid.smoothing
+    )
+
+
+def _scatter(
+    points: _Points, tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig
+) -> tuple[float, Floats]:
+    """Measure the scatter of the matches about the fits over the predicted one."""
+    if tracked.covariance is None:
+        return 1.0, np.ones(tracked.status.shape)
+    span = np.arange(config.window) - config.window // 2
+    offsets = np.stack([part.ravel() for part in np.meshgrid(span, span)], axis=1)
+    variance = np.trace(tracked.covariance, axis1=2, axis2=3)
+    misfit = points.misfit.reshape(variance.shape)
+    return scatter_about_fits(misfit, variance, _correlation(offsets, grid), offsets)
+
+
+def _settle_noise(points: _Points, scatter: Floats) -> None:
+    """Multiply the predictions by the scatter, and drop directions that are noise."""
+    points.sigma_tensor[:] *= scatter[:, None]
+    points.sigma_values[:] *= scatter[:, None]
+    apart = points.values[:, 0] - points.values[:, 1]
+    lost = ~(apart > WITHIN_NOISE * points.sigma_values[:, 2])
+    points.direction[lost] = points.direction_deformed[lost] = np.nan
+
+
+def _combined(sources: list[tuple[Floats, Floats]], curving: Floats) -> Floats:
+    """Add independent sources: noise of E11, E22, E12 and E11 - E22, (N, 4).
+
+    What curvatures add (N, 2) is taken to be alike in all directions, half of it in E12.
+    """
     variances = [strain_noise(slopes, carriers) ** 2 for slopes, carriers in sources]
-    combined: Floats = np.sqrt(np.sum(variances, axis=0))
+    first, second = (curving**2).T
+    mean = (first + second) / 2
+    added = np.stack([first, second, mean / 2, first + second], axis=1)
+    combined: Floats = np.sqrt(np.sum(variances, axis=0) + added)
     return combined
 
 
@@ -167,7 +261,11 @@ def _in_space(tangent: Floats, direction: Floats) -> Floats:
 
 
 def _field(
-    points: _Points, tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig
+    points: _Points,
+    tracked: TrackedSurface,
+    grid: CorrelationGrid,
+    config: StrainConfig,
+    scatter: float,
 ) -> StrainField:
     shape = tracked.status.shape
     gauge_px = float((config.window - 1) * grid.spacing + grid.subset_size)
@@ -185,6 +283,7 @@ def _field(
         sigma_e2=points.sigma_values[:, 1].reshape(shape),
         sigma_difference=points.sigma_values[:, 2].reshape(shape),
         facet_tensor=facet_strain(tracked.reference, tracked.deformed),
+        scatter=scatter,
         window=config.window,
         gauge_px=gauge_px,
         gauge_mm=gauge_px * float(np.nanmedian(points.mm_per_px)),

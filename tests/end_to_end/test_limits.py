@@ -96,3 +96,16 @@ def test_a_rigid_region_limits_what_carries_the_alignment(folder, capsys):
     found, _ = _change(folder, capsys, setting)
     assert found["run"]["ran"] == ["align"]
     assert 3 < found["align"]["carried_by"] < 0.2 * found["points"]["ok"]
+
+
+def test_other_flattenings_and_subsets_tell_the_systematic_part(folder, capsys):
+    found, _ = _change(folder, capsys, "spread.flattenings=[lscm]", "spread.subset_sizes=[25]")
+    assert found["run"]["ran"] == ["spread"]
+    variants = found["systematic"]["variants"]
+    assert set(variants) == {"flatten.method=lscm", "correlate.subset_size=25"}
+    for variant in variants.values():
+        assert variant["points_compared"] > 0.9 * found["points"]["ok"]
+        assert variant["position_rms_mm"] < 0.02
+        assert variant["E1_rms"] < 0.02
+    largest = max(variant["position_rms_mm"] for variant in variants.values())
+    assert found["systematic"]["position_rms_mm"] == largest

@@ -9,7 +9,7 @@ from shapemorph.core.synthetic import DamageSpot
 from shapemorph.core.transform import RigidTransform
 from shapemorph.methods.comparison import Yardstick, compare_with_truth
 from shapemorph.methods.synthetic.sides import random_pose
-from shapemorph.methods.synthetic.truth import make_truth, truth_of_material
+from shapemorph.methods.synthetic.truth import make_truth, true_tensor, truth_of_material
 
 YARDSTICK = Yardstick(
     wrong=0.25,
@@ -135,3 +135,36 @@ def test_another_truth_and_an_empty_field_are_refused():
     measurement.arrays["status"][:] = 5
     with pytest.raises(DataError, match=r"none of \d+ points is OK"):
         compare_with_truth(measurement, truth, yardstick=YARDSTICK)
+
+
+def test_share_within_sigma_is_that_of_the_errors_that_were_put_in():
+    rng = np.random.default_rng(5)
+    truth = _truth()
+    measurement, exact = _perfect(truth)
+    count = len(exact.material)
+    edges = [
+        truth_of_material(truth, exact.material + 1e-4 * axis).reference - exact.reference
+        for axis in np.eye(2)
+    ]
+    basis = np.stack(edges, axis=1) / np.linalg.norm(edges, axis=2).T[:, :, None]
+    tensor = true_tensor(truth, exact.reference, basis)
+    error = rng.normal(size=(count, 3))
+    moved = 0.01 * rng.normal(size=(count, 3))
+    arrays = measurement.arrays | {
+        "displacement": measurement.arrays["displacement"] + moved,
+        "sigma_uvw": np.full((count, 3), 0.01) * [1, 2, 1],
+        "E_tangent": np.stack([tensor[:, 0, 0], tensor[:, 1, 1], tensor[:, 0, 1]], 1) + error,
+        "sigma_E_tangent": np.ones((count, 3)),
+        "tangent_1": basis[:, 0],
+        "tangent_2": basis[:, 1],
+        "direction_1": np.full((count, 3), np.nan),
+        "sigma_E1": np.ones(count),
+        "sigma_E2": np.ones(count),
+    }
+    full = Measurement(measurement.reference, measurement.cells, arrays)
+    found = compare_with_truth(full, truth, yardstick=YARDSTICK)["within_sigma"]
+    assert set(found) == {"u", "v", "w", "E_11", "E_22", "E_12"}  # no point has a direction
+    for name in ("u", "w", "E_11", "E_22", "E_12"):
+        assert found[name] == pytest.approx(0.683, abs=0.03), name
+    assert found["v"] == pytest.approx(0.954, abs=0.02)
+    assert compare_with_truth(measurement, truth, yardstick=YARDSTICK)["within_sigma"] == {}

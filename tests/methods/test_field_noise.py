@@ -1,14 +1,18 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.ndimage import uniform_filter
+from scipy.ndimage import gaussian_filter, laplace, uniform_filter
 
 from shapemorph.config import StrainConfig
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.surface import TrackedSurface
 from shapemorph.methods.field_noise import (
     interpolated_noise,
+    match_correlation,
     overlap_correlation,
     position_covariance,
+    scatter_about_fits,
     strain_noise,
 )
 from shapemorph.stages.strain import strain
@@ -35,20 +39,66 @@ def test_overlap_correlation_is_that_of_averages_over_subsets():
     np.testing.assert_allclose(np.corrcoef(shifted), expected, atol=0.04)  # 12 100 draws
 
 
-def test_noise_of_position_adds_pictures_and_both_meshes_along_and_across():
+def test_noise_along_the_surface_adds_pictures_and_both_meshes():
     reference = np.array([[[0.1, 0.0], [0.0, 0.1], [0.0, 0.0]]])
     deformed = np.array([[[0.2, 0.0], [0.0, 0.0], [0.0, 0.1]]])
     gradient = np.array([[[1.5, 0.0], [0.0, 1.0]]])
     found = position_covariance(
-        (reference, deformed),
-        gradient,
-        np.array([[0.03, 0.05]]),
-        np.array([[0.002, 0.003]]),
-        np.array([[0.0, 0.007, 0.0]]),
+        (reference, deformed), gradient, np.array([[0.03, 0.05]]), np.array([[0.002, 0.003]])
     )
     along = (0.2 * 0.03) ** 2 + (3 * 0.002) ** 2 + 0.003**2  # the surface is stretched by 3
     other = (0.1 * 0.05) ** 2 + 0.002**2 + 0.003**2
-    np.testing.assert_allclose(found[0], np.diag([along, 0.007**2, other]), atol=1e-18)
+    np.testing.assert_allclose(found[0], np.diag([along, 0, other]), atol=1e-18)
+
+
+def test_errors_of_matches_in_a_renewed_warp_are_correlated_as_filtered_noise():
+    rng = np.random.default_rng(13)
+    noise = rng.normal(size=(900, 900))
+    average = uniform_filter(noise, SUBSET, mode="wrap")
+
+    def smoothed(field):  # quadratic fit with Gaussian weights, value at its centre
+        reach = 0.3 * SUBSET
+        once = gaussian_filter(field, reach, mode="wrap", truncate=6)
+        return once - reach**2 / 2 * laplace(once, mode="wrap")
+
+    errors = average + smoothed(average) - uniform_filter(smoothed(average), SUBSET, mode="wrap")
+    offsets = np.array([[0, 0], [1, 0], [2, 0], [3, 1], [2, 2]])
+    found = match_correlation(offsets, spacing=SPACING, subset_size=SUBSET, smoothing=0.3)
+    shifted = [
+        np.roll(errors, (-dy * SPACING, -dx * SPACING), (0, 1)).ravel() for dx, dy in offsets
+    ]
+    np.testing.assert_allclose(np.corrcoef(shifted), found, atol=0.04)
+    plain = match_correlation(offsets, spacing=SPACING, subset_size=SUBSET, smoothing=0.0)
+    expected = overlap_correlation(offsets, spacing=SPACING, subset_size=SUBSET)
+    np.testing.assert_array_equal(plain, expected)
+
+
+def test_scatter_is_that_of_the_noise_through_kinks_and_wrong_matches():
+    rng = np.random.default_rng(12)
+    tracked, grid = tracked_sheet(rng, "pictures")
+    covariance = np.diag([*(0.08 * ERRORS["pictures"][2]) ** 2 / 4, 0.0])  # half of the noise
+    deformed = tracked.deformed.copy()
+    deformed[20, 30] += 5.0
+    deformed[:, 45:, 1] += 0.1 * np.arange(15)
+    shape = deformed.shape[:2]
+    known = np.broadcast_to(covariance, (*shape, 3, 3))
+    changed = replace(tracked, deformed=deformed, covariance=known)
+    field = strain(changed, grid, StrainConfig())
+    assert field.scatter == pytest.approx(2.0, rel=0.1)
+    bare = strain(tracked, grid, StrainConfig())
+    assert bare.scatter == 1.0
+    quiet, kink = (slice(0, 40), slice(0, 25)), (slice(0, 40), 44)
+    ratio = field.sigma_e1 / bare.sigma_e1
+    assert np.median(ratio[*quiet]) == pytest.approx(field.scatter)
+    assert (ratio[*kink] > 2 * field.scatter).all()  # the fits do not follow it
+
+
+def test_few_windows_do_not_tell_the_scatter():
+    offsets = np.stack(np.meshgrid(range(3), range(3)), axis=-1).reshape(-1, 2)
+    nothing = np.ones((9, 11))
+    overall, of_slopes = scatter_about_fits(nothing, nothing, np.eye(9), offsets)
+    assert overall == 1.0
+    assert (of_slopes == 1.0).all()
 
 
 def test_interpolation_between_three_vertices_averages_their_noise():

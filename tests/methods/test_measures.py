@@ -99,6 +99,7 @@ def field_of(tensor, sigma_tensor):
         sigma_e2=sigma[1][None],
         sigma_difference=difference[None],
         facet_tensor=np.zeros((0, count - 1, 2, 2, 2)),
+        scatter=1.0,
         window=5,
         gauge_px=1.0,
         gauge_mm=1.0,

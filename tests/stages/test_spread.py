@@ -8,9 +8,9 @@ import pytest
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.matching import Warp
 from shapemorph.core.status import PointStatus
-from shapemorph.core.surface import TrackedSurface
+from shapemorph.core.surface import StrainField, TrackedSurface
 from shapemorph.io.codec import put_together, take_apart
-from shapemorph.stages.spread import LawResult, spread
+from shapemorph.stages.spread import FullResult, LawResult, differ, spread
 
 SHAPE = (5, 7)
 
@@ -79,3 +79,31 @@ def test_a_spread_is_stored_and_read_back():
     assert again.laws == found.laws
     assert again.rms.tolist() == found.rms.tolist()
     assert again.warps[1].spacing == 20.0
+
+
+def _full(offset, e1):
+    """A result on a bowl of 9 x 11 points, moved by `offset` and strained by `e1`."""
+    rows, columns = np.mgrid[:9, :11].astype(float)
+    space = np.stack([columns, rows, 0.01 * columns**2], axis=-1)
+    status = np.zeros((9, 11), np.uint8)
+    up = np.broadcast_to([0.0, 0.0, 1.0], space.shape)
+    tracked = TrackedSurface(
+        space, 1.3 * space + offset, up, up, np.ones((9, 11)), status, np.zeros(2)
+    )
+    nothing = np.zeros((9, 11))
+    field = StrainField(
+        *[nothing] * 4, nothing + e1, nothing, *[nothing] * 7, 1.0, 5, 40.0, 4.0
+    )  # fmt: skip
+    return FullResult(tracked, field)
+
+
+def test_another_way_differs_by_what_was_put_in():
+    found = differ("flatten.method=lscm", _full(0.0, 0.2), _full([0.0, 0.03, 0.04], 0.203))
+    assert found.name == "flatten.method=lscm"
+    assert found.compared > 60
+    assert found.rms == pytest.approx(0.05)
+    assert found.p95 == pytest.approx(0.05)
+    assert found.e1_rms == pytest.approx(0.003)
+    assert found.e2_rms == pytest.approx(0.0, abs=1e-12)
+    both = replace(spread([], {}), variants=(found,))
+    assert put_together(*take_apart(both)).variants == (found,)

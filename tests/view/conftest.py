@@ -157,7 +157,7 @@ def _field(grid, x, y):
     return StrainField(
         frames, frames, tensor, tensor, e1, e2, direction, direction,
         np.repeat(sigma[..., None], 3, axis=-1), sigma, sigma, sigma,
-        np.zeros((rows - 1, columns - 1, 2, 2, 2)), 5, 45.0, 4.5,
+        np.zeros((rows - 1, columns - 1, 2, 2, 2)), 1.0, 5, 45.0, 4.5,
     )  # fmt: skip
 
 
