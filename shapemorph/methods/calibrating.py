@@ -45,6 +45,9 @@ def calibrate(mesh: TexturedMesh, chart: Chart) -> tuple[CalibratedImage, float]
             f"{chart.px_per_mm:.3g} px/mm: raise flatten.px_per_mm"
         )
     grey = _shade_pixels(mesh, chart, triangle, mask)
+    thin = mask & ~np.isfinite(grey)  # all of what it would average lies beside the surface
+    triangle[thin], barycentric[thin], grey[thin] = -1, np.nan, 0.0
+    mask &= ~thin
     image = GreyImage(continue_outside(grey, mask), mask)
     return CalibratedImage(image, chart, triangle, barycentric), overlaps / int(mask.sum())
 
