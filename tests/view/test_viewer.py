@@ -147,6 +147,10 @@ def test_picking_reads_the_values_of_the_point(browser, results):
         for label, values in (
             ("Reference position x, y, z, mm", results.measurement.reference),
             ("Displacement u, v, w, mm", arrays["displacement"]),
+            (
+                "Deformed position, aligned, mm",
+                results.measurement.reference + arrays["displacement"],
+            ),
         ):
             numbers = [float(number) for number in shown[label].split(", ")]
             np.testing.assert_allclose(numbers, values[row], rtol=6e-4, atol=1e-7)

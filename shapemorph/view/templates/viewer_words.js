@@ -73,10 +73,12 @@ function showValues(box, about, surface, point) {
     return;
   }
   const numbers = (array, k) => Array.from(array.subarray(k * point, k * point + k), withDash);
+  const moved = Array.from(positionOf(surface, point, 1, new Float64Array(3)));
   const rows = [
     ["Row of measurement.csv, from 0", String(surface.row[point])],
     ["Status", about.statuses[surface.status[point]].name],
     ["Reference position x, y, z, mm", numbers(surface.reference, 3).join(", ")],
+    ["Deformed position, aligned, mm", moved.map(withDash).join(", ")],
     ["Displacement u, v, w, mm", numbers(surface.displacement, 3).join(", ")],
   ];
   for (const field of about.fields.filter((one) => !one.key.startsWith("displacement_"))) {
