@@ -31,8 +31,36 @@ def describe_run(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
         f"spacing {summary['correlate']['spacing_px']} px"
     )
     yield f"aligned     {summary['align']['note']}"
+    yield from _describe_forming(summary.get("forming", {}))
     yield from describe_verdict(summary)
     yield f"results     {folder}"
+
+
+def _describe_forming(forming: dict[str, Any]) -> Iterator[str]:
+    """Say what was asked for beyond the field."""
+    diagram, dome = forming.get("diagram"), forming.get("dome")
+    point = diagram and diagram["critical_point"]
+    if point:
+        place = ", ".join(_number(value) for value in point["reference_mm"])
+        yield (
+            f"critical    eps1 {_number(point['hencky_1'])}, eps2 {_number(point['hencky_2'])} "
+            f"(Hencky), thinning {point['thinning']:.1%}, at ({place}) mm of the reference"
+        )
+        if "limit_margin" in point:
+            yield (
+                f"limit       margin {_number(point['limit_margin'])} there (1 sigma "
+                f"{_number(point['sigma_limit_margin'])}); {diagram['points_above_curve']} points "
+                "above the curve"
+            )
+    for caveat in diagram.get("caveats", ()) if diagram else ():
+        yield f"            caveat: {caveat}"
+    if dome:
+        stress, sigma = dome.get("membrane_stress_MPa"), dome["sigma_pole_radius_mm"]
+        yield (
+            f"dome        height {_number(dome['height_mm'])} mm, radius at the pole "
+            f"{_number(dome['pole_radius_mm'])} mm (1 sigma {_number(sigma)} mm)"
+            f"{'' if stress is None else f', membrane stress {_number(stress)} MPa'}"
+        )
 
 
 def describe_correlation(folder: Path, summary: dict[str, Any]) -> Iterator[str]:

@@ -324,6 +324,7 @@ def _strain(field: StrainField, measurement: Measurement, spacing: int) -> dict[
 def _scorecard(sections: Mapping[str, Any]) -> dict[str, Any]:
     """Pick the dozen figures that a reader wants first."""
     strain, correlate = sections["strain"], sections["correlate"]
+    margin = sections.get("forming", {}).get("diagram", {}).get("smallest_margin")
     return {
         "points with a value": sections["points"]["ok"],
         "share of points": sections["points"]["ok_share"],
@@ -333,6 +334,8 @@ def _scorecard(sections: Mapping[str, Any]) -> dict[str, Any]:
         "E1 median": strain["E1"]["median"],
         "E1 p99": strain["E1"]["p99"],
         "E2 median": strain["E2"]["median"],
+        "thinning p99": strain["thinning"]["p99"],
+        **({} if margin is None else {"limit margin, smallest": margin}),
         "sigma displacement median, mm": sections["sigma_displacement_mm"]["median"],
         "sigma E1 median": strain["sigma_E1"]["median"],
         "zncc median": correlate["zncc"]["median"],

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from shapemorph.cli import main
+from shapemorph.cli.words import describe_run
 from shapemorph.io.measurement_files import read_csv, read_vtp
 from shapemorph.io.quantities import QUANTITIES
 
@@ -66,6 +67,16 @@ def test_sections_lie_in_their_planes(formed, summary):
         np.testing.assert_allclose(off, 0, atol=1e-7)
         assert section["length_mm"] > 60
         assert np.nanmax(table["E1"]) > 1
+
+
+def test_the_words_on_the_screen_name_the_point_its_margin_and_the_caveat(formed):
+    found = json.loads((formed / "summary.json").read_text(encoding="utf-8"))
+    text = "\n".join(describe_run(formed, found))
+    assert re.search(r"^limit {7}margin -?[0-9.]+ there .* points above the curve$", text, re.M)
+    assert "caveat: thickness: the curve is for 0.8 mm, the specimen has 1.35 mm" in text
+    assert re.search(r"^dome {8}height .* mm.* membrane stress [0-9.]+ MPa$", text, re.M)
+    smallest = found["forming"]["diagram"]["smallest_margin"]
+    assert found["scorecard"]["limit margin, smallest"] == smallest
 
 
 def test_the_dome_has_a_pole_and_a_stress(summary):
