@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 __version__ = "0.1.0"
-__all__ = ["Result", "__version__", "load", "measure"]
+__all__ = ["Result", "__version__", "facet_strain", "load", "measure"]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""The package as a library: measure a pair, or open a finished run."""
+"""The package as a library: measure a pair, open a finished run, strain of known triangles."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -245,6 +245,47 @@ def load(run: str | Path) -> Result:
             raise DataError(f"expected a finished run in {folder}, found no {path.name}")
     measurement, _ = read_vtp(field)
     return Result(folder, measurement, json.loads(summary.read_text(encoding="utf-8")))
+
+
+def facet_strain(reference: "Floats", deformed: "Floats", faces: "Ints") -> dict[str, "Floats"]:
+    """Measure the strain of every triangle of a mesh whose vertices are known twice.
+
+    For correspondences that need no pictures: finite elements, tracked markers.
+
+    Parameters
+    ----------
+    reference, deformed : (V, 3)
+        Positions of the same vertices, each state in any frame; NaN where unknown.
+    faces : (F, 3)
+        Rows of the three corners, from 0.
+
+    Returns
+    -------
+    dict of str to (F,) float64
+        Every measure by the name of its array in facets.vtp (docs/outputs.md); NaN where a
+        corner is unknown or the triangle has no area.
+
+    Raises
+    ------
+    DataError
+        If the shapes do not fit.
+    """
+    import numpy as np
+
+    from shapemorph.methods.facet_strain import triangle_strain
+    from shapemorph.methods.measures import principal_measures
+    from shapemorph.methods.principal import principal
+
+    before, after = (np.asarray(state, dtype=np.float64) for state in (reference, deformed))
+    corners = np.asarray(faces)
+    if before.ndim != 2 or before.shape[1] != 3 or before.shape != after.shape:
+        raise DataError(f"expected two arrays (V, 3), got {before.shape} and {after.shape}")
+    if corners.ndim != 2 or corners.shape[1] != 3 or corners.dtype.kind not in "iu":
+        raise DataError(f"expected faces (F, 3) of whole numbers, got {corners.shape}")
+    if corners.size and not 0 <= corners.min() <= corners.max() < len(before):
+        raise DataError(f"expected faces of vertices 0 to {len(before) - 1}, got {corners.max()}")
+    values, _ = principal(triangle_strain(before, after, corners.astype(np.int64)))
+    return principal_measures(values[:, 0], values[:, 1])
 
 
 def _measured(folder: Path, overrides: Mapping[str, Any], inputs: dict[str, str]) -> Result:

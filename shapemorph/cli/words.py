@@ -38,8 +38,8 @@ def describe_run(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
 
 def _describe_forming(forming: dict[str, Any]) -> Iterator[str]:
     """Say what was asked for beyond the field."""
-    diagram, dome = forming.get("diagram"), forming.get("dome")
-    point = diagram and diagram["critical_point"]
+    diagram, dome = forming.get("diagram", {}), forming.get("dome")
+    point = diagram.get("critical_point")
     if point:
         place = ", ".join(_number(value) for value in point["reference_mm"])
         yield (
@@ -52,7 +52,7 @@ def _describe_forming(forming: dict[str, Any]) -> Iterator[str]:
                 f"{_number(point['sigma_limit_margin'])}); {diagram['points_above_curve']} points "
                 "above the curve"
             )
-    for caveat in diagram.get("caveats", ()) if diagram else ():
+    for caveat in diagram.get("caveats", ()):
         yield f"            caveat: {caveat}"
     if dome:
         stress, sigma = dome.get("membrane_stress_MPa"), dome["sigma_pole_radius_mm"]
