@@ -15,6 +15,7 @@ from shapemorph.methods.features import Features
 from shapemorph.methods.first_pairs import (
     CELL,
     NEIGHBOURS,
+    Budget,
     FirstPairs,
     Side,
     budgets,
@@ -34,8 +35,10 @@ LENS = (2.0, 1.4)  # px: blur of one side that is tried
 PLAUSIBLE = 1.2  # times the width of the narrowest speckle as measured: blur is not wider
 GAP = 2.0  # cells; with features that were found before and leave no larger ones ...
 REACHED = 0.93  # ... in so much of the picture, none are sought
+FINE_PLENTY = 3.0  # cells suit the grain: its detail is finer, and much of it alike
 CONVINCING = 2  # times the pairs that are needed, for saying what is wrong with a pair
 
+FINE, USUAL = "fine detail", "features of round speckle"
 MIRRORED = "one is mirrored: flip one of them"
 
 Sides = tuple[Side, Side]
@@ -60,6 +63,18 @@ class Start:
     features: tuple[Features, Features]
     pairs: FirstPairs
     manner: str
+
+    @property
+    def fine(self) -> bool:
+        """Whether only the fine detail was looked at."""
+        return FINE in self.manner
+
+
+def in_fine_detail(start: Start, images: tuple[GreyImage, GreyImage]) -> Start:
+    """Look at the fine detail of both pictures only, with the first pairs that there are."""
+    sides = _measured(measure_fine_side, *images)
+    manner = f"{start.manner or USUAL}, then {FINE}"
+    return Start(*sides, start.features, start.pairs, manner)
 
 
 def find_start(
@@ -99,7 +114,7 @@ def find_start(
     taken = None if found is None else _taken_start(sides, found, enough)
     if taken:
         return taken
-    best = _attempt(sides, _Way("", (SHARP, SHARP)), ratio)
+    best = _attempt(sides, _Way(""), ratio)
     if len(best.pairs) >= enough or what_is_wrong(best, ratio=ratio, needed=enough):
         return best
     for attempt in _attempts(sides, (reference, deformed), ratio):
@@ -211,7 +226,8 @@ class _Way:
     """A way of looking at two pictures."""
 
     manner: str
-    softnesses: tuple[Softness, Softness]
+    softnesses: tuple[Softness, Softness] = (SHARP, SHARP)
+    plenty: float = 1.0  # times the usual number of features
 
 
 def _attempts(sides: Sides, images: tuple[GreyImage, GreyImage], ratio: float) -> Iterator[Start]:
@@ -219,7 +235,7 @@ def _attempts(sides: Sides, images: tuple[GreyImage, GreyImage], ratio: float) -
     for way in _soft_ways(sides):
         yield _attempt(sides, way, ratio)
     fine = _measured(measure_fine_side, *images)
-    yield _attempt(fine, _Way("fine detail", (SHARP, SHARP)), ratio)
+    yield _attempt(fine, _Way(FINE, plenty=FINE_PLENTY), ratio)
     yield Start(*sides, *simulated_pairs(*sides, ratio=ratio), "simulated views")
 
 
@@ -242,7 +258,8 @@ def _measured(
 
 
 def _attempt(sides: Sides, way: _Way, ratio: float) -> Start:
+    given = [Budget(way.plenty * each.per_cell, each.most) for each in budgets(*sides)]
     with ThreadPoolExecutor(2) as pool:
-        ours, theirs = pool.map(side_features, sides, budgets(*sides), way.softnesses)
+        ours, theirs = pool.map(side_features, sides, given, way.softnesses)
     pairs = pair_features(ours, theirs, std=sides[1].std, ratio=ratio)
     return Start(*sides, (ours, theirs), pairs, way.manner)

@@ -121,6 +121,8 @@ def flattening_figures(surface: FlattenedSurface) -> dict[str, Any]:
 
 def matching_figures(matches: Matches) -> dict[str, Any]:
     """Describe the matches and the warp through them."""
+    from shapemorph.methods.second_tries import USUAL
+
     return {
         "pairs": len(matches.reference_px),
         "counts": dict(matches.counts),
@@ -128,7 +130,7 @@ def matching_figures(matches: Matches) -> dict[str, Any]:
         "settled_px": matches.settled_px,
         "fold_share": matches.fold_share,
         "doubt": matches.doubt,
-        "manner": matches.manner or "features of round speckle",
+        "manner": matches.manner or USUAL,
     }
 
 

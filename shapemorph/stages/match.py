@@ -21,7 +21,7 @@ from shapemorph.methods.densify import (
 )
 from shapemorph.methods.first_pairs import CELL, NEIGHBOURS, Side
 from shapemorph.methods.repetition import doubt_of_repeat, find_repeat
-from shapemorph.methods.second_tries import Start, find_start, what_is_wrong
+from shapemorph.methods.second_tries import Start, find_start, in_fine_detail, what_is_wrong
 from shapemorph.methods.warp_fit import WarpFit, fit_warp_checked, fold_share
 from shapemorph.methods.warping import warp_points
 
@@ -39,7 +39,8 @@ FIRST_RADIUS, RADIUS = 4.5, 2.2
 SEARCH_STRIDE = 1.3
 LEAST_INSIDE, LEAST_ZNCC = 0.4, 0.6
 LEAST_FOUND = 0.15  # share of the searched grid points, else the warp is not believed
-SCATTER, MOST_SCATTER = 0.3, 1.0  # px about the warp: more is doubted, more is not believed
+MOST_SCATTER = 1.0  # px about the warp, median: more is not believed
+LOOSE, LOOSEST = 0.3, 95.0  # px that this percentile may be off the warp without a doubt
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +51,24 @@ class _Pairs:
     target: Floats
     fit: WarpFit
     counts: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Settled:
+    """Pairs whose warp has settled, and how far it moved last, px."""
+
+    pairs: _Pairs
+    moved: float
+
+    @property
+    def residual(self) -> float:
+        """Distance of a pair from the warp without it, px, median."""
+        return float(np.median(self.pairs.fit.left_out))
+
+    @property
+    def loose(self) -> float:
+        """Distance that one pair in twenty exceeds, px."""
+        return float(np.percentile(self.pairs.fit.left_out, LOOSEST))
 
 
 def match(
@@ -92,7 +111,7 @@ def match(
     )
     try:
         _refuse_few_on_a_repeat(start, enough)
-        return _extend(start, config)
+        return _extend(start, config, (reference, deformed))
     except StageError as error:
         message = _why_not(start, config) or str(error)
         raise UnmatchedError(message, *start.pairs.alike.swapaxes(0, 1)) from error
@@ -118,20 +137,37 @@ def _why_not(start: Start, config: MatchConfig) -> str:
     return _refusal(cause, start.pairs.counts)
 
 
-def _extend(start: Start, config: MatchConfig) -> Matches:
-    """Search the whole picture through the warp of the first pairs, and settle."""
-    left, right = start.left, start.right
-    pairs = _first_warp(start, config)
+def _extend(start: Start, config: MatchConfig, images: tuple[GreyImage, GreyImage]) -> Matches:
+    """Search the whole picture through the warp of the first pairs, and settle.
+
+    Where that leaves the pairs loose, coarse clouds may have led them: the fine detail is
+    searched through the warp so far, and serves if it holds the pairs better.
+    """
+    settled = _settle(start, _first_warp(start, config), config)
+    if settled.loose > LOOSE and not start.fine:
+        finer = in_fine_detail(start, images)
+        try:
+            held = _settle(finer, settled.pairs, config)
+        except StageError as error:
+            _log.info("fine detail does not hold the pairs: %s", error)
+        else:
+            if held.loose < settled.loose:
+                return _finish(finer, held)
+    return _finish(start, settled)
+
+
+def _settle(start: Start, pairs: _Pairs, config: MatchConfig) -> _Settled:
+    """Search through the warp again and again, until it stays where it is."""
     features = pairs.source, pairs.target
-    settled = np.inf
+    moved = np.inf
     for number in range(config.max_rounds):
         before = pairs.fit.warp
-        pairs = _search_round(left, right, pairs, features, config, first=number == 0)
-        settled = _median_change(before, pairs.fit.warp, pairs.source)
-        _log.info("round %d: %d pairs, moved %.3f px", number + 1, len(pairs.source), settled)
-        if number > 0 and settled < config.settle_px:
+        pairs = _search_round(start.left, start.right, pairs, features, config, first=number == 0)
+        moved = _median_change(before, pairs.fit.warp, pairs.source)
+        _log.info("round %d: %d pairs, moved %.3f px", number + 1, len(pairs.source), moved)
+        if number > 0 and moved < config.settle_px:
             break
-    return _finish(start, pairs, settled)
+    return _Settled(pairs, moved)
 
 
 def _first_warp(start: Start, config: MatchConfig) -> _Pairs:
@@ -250,10 +286,10 @@ def _refusal(what: str, counts: dict[str, int]) -> str:
     return f"the two pictures could not be matched: {what} ({steps})"
 
 
-def _finish(start: Start, pairs: _Pairs, settled: float) -> Matches:
+def _finish(start: Start, settled: _Settled) -> Matches:
     """Fit the way back and say how sound the result is."""
-    left, right, forward = start.left, start.right, pairs.fit.warp
-    residual = float(np.median(pairs.fit.left_out))
+    pairs, left, right = settled.pairs, start.left, start.right
+    forward, residual = pairs.fit.warp, settled.residual
     if residual > MOST_SCATTER:
         raise StageError(_too_few(f"the pairs scatter by {residual:.1f} px", pairs.counts))
     repeat = doubt_of_repeat(
@@ -275,18 +311,18 @@ def _finish(start: Start, pairs: _Pairs, settled: float) -> Matches:
         forward=forward,
         backward=backward.warp,
         counts=pairs.counts,
-        settled_px=settled,
+        settled_px=settled.moved,
         residual_px=residual,
-        doubt="; ".join(each for each in (repeat, _doubt_of_scatter(residual)) if each),
+        doubt="; ".join(each for each in (repeat, _doubt_of_scatter(settled.loose)) if each),
         fold_share=fold_share(forward, left.pattern.mask, pairs.source, reach=forward.spacing),
         manner=start.manner,
     )
 
 
-def _doubt_of_scatter(residual: float) -> str:
-    if residual <= SCATTER:
+def _doubt_of_scatter(loose: float) -> str:
+    if loose <= LOOSE:
         return ""
     return (
-        f"the pattern holds the pairs only to {residual:.1f} px, as long grain or coarse clouds "
-        "do: a finer pattern is needed for more"
+        f"the pattern holds some pairs only to {loose:.1f} px (5 % are off the warp by more), as "
+        "long grain, coarse clouds and very large stretches do: a finer pattern helps"
     )

@@ -13,7 +13,7 @@ from shapemorph.methods.synthetic.planar import (
     planar_speckle,
     take_picture,
 )
-from shapemorph.methods.synthetic.planar_textures import cloudy, printed_dots
+from shapemorph.methods.synthetic.planar_textures import cloudy, printed_dots, wood
 from shapemorph.methods.warping import warp_points
 from shapemorph.stages.match import match
 
@@ -220,6 +220,30 @@ def test_dots_on_a_faint_pattern_are_matched_rightly_and_with_doubt():
     assert "repeats every" in matches.doubt
     errors = judge(matches, material_at, before, after)
     assert (errors["pairs"] < 2).all()
+
+
+def whole(points):
+    return ((points >= 0) & (points <= [339, 299])).all(axis=-1)
+
+
+def test_clouds_that_are_drawn_far_are_held_by_their_fine_detail():
+    drawn = stretched(np.diag([2.5, 2.5**-0.5]), (430.0, 120.0))
+    clouds = cloudy(width=4, seed=2)
+    before, after = pictures(drawn, shape=(240, 862), inside=whole, pattern=clouds)
+    matches = match(before, after, MatchConfig())
+    assert matches.manner.endswith("then fine detail")
+    assert matches.doubt == ""
+    assert judge(matches, drawn, before, after)["pairs"].max() < 1.0  # coarse clouds: 3 px
+
+
+def test_long_grain_is_matched_with_doubt():
+    drawn = stretched(np.diag([2.5, 2.5**-0.5]), (430.0, 120.0))
+    grain = wood(width=4, seed=1)
+    before, after = pictures(drawn, shape=(240, 862), inside=whole, pattern=grain)
+    matches = match(before, after, MatchConfig())
+    assert "holds some pairs only to" in matches.doubt
+    errors = judge(matches, drawn, before, after)["pairs"]
+    assert np.percentile(errors, 95) > 1.0  # px: the doubt is right
 
 
 def test_random_speckle_leaves_no_doubt():
