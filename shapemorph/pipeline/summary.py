@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import asdict
 from importlib import metadata
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from shapemorph.core.results import RunResults
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.core.surface import Alignment, StrainField
 from shapemorph.pipeline.verdict import judge
+
+if TYPE_CHECKING:
+    from shapemorph.methods.subset_choice import SubsetChoice
 
 _PACKAGES = (
     *("numpy", "scipy", "numba", "opencv-contrib-python-headless", "libigl", "trimesh"),
@@ -188,15 +191,9 @@ def correlation_figures(
 
     choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
     ok = grid.status == PointStatus.OK
-    reason = choice.reason
-    if grid.subset_size < choice.subset_size:
-        reason = (
-            f"subset of {grid.subset_size} px, because the field bends within {choice.subset_size} "
-            "px, the size for this speckle, by more than the shape function follows"
-        )
     return {
         "subset_size_px": grid.subset_size,
-        "subset_reason": reason,
+        "subset_reason": _why_subset(grid.subset_size, choice),
         "speckle_px": choice.speckle_px,
         "grey_noise": choice.grey_noise,
         "spacing_px": grid.spacing,
@@ -208,6 +205,20 @@ def correlation_figures(
         "iterations": spread(grid.iterations[ok].astype(np.float64)),
         "sigma_px": spread(np.sqrt(np.mean(grid.sigma_px[ok] ** 2, axis=-1))),
     }
+
+
+def _why_subset(size: int, choice: "SubsetChoice") -> str:
+    if size == choice.subset_size:
+        return choice.reason
+    if size < choice.subset_size:
+        return (
+            f"subset of {size} px, because the field bends within {choice.subset_size} "
+            "px, the size for this speckle, by more than the shape function follows"
+        )
+    return (
+        f"subset of {size} px: {choice.subset_size} px would suit the reference as it is, but both "
+        "sides are seen as softly as the softer one"
+    )
 
 
 def _why_spacing(spacing: int, usual: int, config: CorrelateConfig) -> str:

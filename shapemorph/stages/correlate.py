@@ -21,6 +21,7 @@ from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper
 from shapemorph.methods.propagation import correlate_from_seeds
 from shapemorph.methods.rest_motion import unfollowed_motion
+from shapemorph.methods.sharpness import blurred, missing_blur
 from shapemorph.methods.spline_pictures import (
     DeformedPicture,
     ReferencePicture,
@@ -78,6 +79,8 @@ def correlate(
     StageError
         If no point has a value.
     """
+    if start is None and config.mode == "icgn":
+        reference, remorph, morphed = _as_soft(reference, remorph, morphed)
     choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
     log.info("%s", choice.reason)
     settings = _settings(config, choice.subset_size // 2)
@@ -118,6 +121,24 @@ def correlate(
     )
     bias = systematic_error(source, found, rest, composed, order=settings.order)
     return replace(composed, bias_px=bias, smoothing=SMOOTHING[0] if renewal else 0.0)
+
+
+def _as_soft(
+    reference: GreyImage, remorph: Callable[[Warp], GreyImage], morphed: Morphed
+) -> tuple[GreyImage, Callable[[Warp], GreyImage], Morphed]:
+    """Blur what is sharper than the other side, so that both show the same."""
+    missing = missing_blur(reference, morphed.image)
+    if not missing:
+        return reference, remorph, morphed
+    for name, covariance in (("reference", missing.reference), ("deformed", missing.deformed)):
+        widths = np.sqrt(np.linalg.eigvalsh(covariance).clip(0.0))
+        log.info("the %s is softened by %.1f and %.1f px to match", name, *widths)
+    soft = Morphed(blurred(morphed.image, missing.deformed), morphed.warp)
+    return (
+        blurred(reference, missing.reference),
+        lambda warp: blurred(remorph(warp), missing.deformed),
+        soft,
+    )
 
 
 Matcher = Callable[[ReferencePicture, DeformedPicture, PointGrid], GridMatches]
