@@ -2,6 +2,7 @@
 
     python -m benchmarks.matching                     all groups
     python -m benchmarks.matching blur --only 3.5     some of one group
+    python -m benchmarks.matching blur --correlate    what correlation makes of it
 
 Noise of 2 grey levels, contrast 0.85, light that changes by 20 % across the picture.
 Right: off by less than 2 px of the deformed picture. Gap: farthest that a point seen in
@@ -19,7 +20,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
-from shapemorph.config import MatchConfig
+from shapemorph.config import MatchConfig, RunConfig
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Matches
@@ -38,6 +39,8 @@ from shapemorph.methods.synthetic.planar_textures import (
     wood,
 )
 from shapemorph.methods.warping import warp_points
+from shapemorph.pipeline.clock import Clock
+from shapemorph.pipeline.picture_match import follow_pictures, picture_law_inputs
 from shapemorph.stages.match import match
 
 BEFORE = Exposure(gain=1.0, offset=0.0, slope=0.0, noise=2.0, seed=1)
@@ -367,19 +370,55 @@ def row(case: Case, repeats: int) -> str:
     return f"{judge(matches, case.material_at, before, after)} {seconds:6.2f} {spent:6.2f} {doubt}"
 
 
+def followed(case: Case) -> str:
+    """Errors of all points of the reference that correlation has followed."""
+    config = RunConfig()
+    before, after = pictures(case)
+    spent = time.process_time()
+    try:
+        found = follow_pictures(
+            before, after, config, picture_law_inputs(config), Clock(lambda _event: None)
+        )
+    except StageError as error:
+        return str(error)
+    spent = time.process_time() - spent
+    grid = found.grid
+    ok, tried = grid.status == 0, np.count_nonzero(grid.status != 1)
+    measured = grid.deformed_px[ok]
+    exact = inverse_at(case.material_at, grid.reference_px[ok], measured)
+    error = np.linalg.norm(measured - exact, axis=1)
+    doubt = found.matches.doubt if found.matches else ""
+    return (
+        f"{ok.sum():5d}/{tried:<5d} {np.median(error):7.3f} {np.percentile(error, 95):7.3f} "
+        f"{error.max():7.2f} {np.mean(error > 0.5):8.3%} "
+        f"{np.percentile(grid.sigma_px[ok], 95):7.3f} {np.median(grid.zncc[ok]):6.3f} "
+        f"{grid.subset_size:6d} {spent:6.2f} {doubt}"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("groups", nargs="*", default=list(GROUPS), help=", ".join(GROUPS))
     parser.add_argument("--only", default="", help="part of the name of the cases to run")
     parser.add_argument("--repeats", type=int, default=1, help="the last one is timed")
+    parser.add_argument("--correlate", action="store_true", help="correlate, too; errors in px")
     options = parser.parse_args()
-    print(f"{'case':36s} {'right':>11s} {'pairs':>7s} {'max':>7s} {'warp':>7s} {'p99':>7s} "
-          f"{'max':>7s} {'gap':>6s} {'own':>7s} {'settled':>8s} {'matched':>8s} {'voted':>6s} "
-          f"{'s':>6s} {'s CPU':>6s}")  # fmt: skip
+    if options.correlate:
+        print(f"{'case':36s} {'OK':>11s} {'median':>7s} {'p95':>7s} {'max':>7s} {'> 0.5 px':>8s} "
+              f"{'sigma':>7s} {'ZNCC':>6s} {'subset':>6s} {'s CPU':>6s}")  # fmt: skip
+    else:
+        print_heading()
     for group in options.groups:
         for case in GROUPS[group]():
             if options.only in case.name:
-                print(f"{case.name:36s} {row(case, options.repeats)}", flush=True)
+                told = followed(case) if options.correlate else row(case, options.repeats)
+                print(f"{case.name:36s} {told}", flush=True)
+
+
+def print_heading() -> None:
+    print(f"{'case':36s} {'right':>11s} {'pairs':>7s} {'max':>7s} {'warp':>7s} {'p99':>7s} "
+          f"{'max':>7s} {'gap':>6s} {'own':>7s} {'settled':>8s} {'matched':>8s} {'voted':>6s} "
+          f"{'s':>6s} {'s CPU':>6s}")  # fmt: skip
 
 
 if __name__ == "__main__":
