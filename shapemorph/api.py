@@ -146,7 +146,8 @@ class Result:
         else:
             known = {q.name: (q.symbol, q.unit, q.formula) for q in QUANTITIES}
             symbol, unit, note = known.get(name, (name, "1", ""))
-            title, label = name, f"{symbol}  [{'–' if unit == '1' else unit}]"
+            unit = unit.replace("1", "–")
+            title, label = name, f"{name if symbol == '–' else symbol}  [{unit}]"
         heading = Heading(f"{title} on the {state} shape", note)
         return field_figure(self._shape(state), self.cells, values, heading=heading, label=label)
 
