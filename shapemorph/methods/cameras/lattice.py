@@ -17,8 +17,10 @@ from shapemorph.methods.cameras.dots import Dots
 _NEAR = 0.3  # of a step: how far a neighbour may lie from where it is expected
 _SIMILAR = 3.0  # times the area of a dot that its neighbour may have
 _SEEDS = 25
+_CLEAR = 0.85  # of the dots, times the sine of the angle of the steps: no better walk is sought
 _OVERLAP = 0.6  # of the dots seen: fewer on the target, and it is not this numbering
 _RIVAL = 0.97  # of the dots of the best numbering: so many, and another is as good
+_BESIDE = 1.5  # steps: the last column lies beside the first, the target goes all around
 _AGAINST = 3.0  # dots that speak for a numbering and weigh as much as one against it
 _FITS = 0.05  # of a step: rms of a numbering that may be right
 _ROUNDS = 4
@@ -72,6 +74,7 @@ def index_dots(dots: Dots) -> tuple[Ints, Ints]:
         Their place in it, from wherever the walk began.
     """
     best: dict[Place, int] = {}
+    most = 0.0
     if len(dots.centres) >= 4:
         middle = np.median(dots.centres, axis=0)
         order = np.argsort(np.linalg.norm(dots.centres - middle, axis=1))
@@ -79,8 +82,10 @@ def index_dots(dots: Dots) -> tuple[Ints, Ints]:
         for seed in order[:_SEEDS]:
             basis = _basis_at(tree, dots.centres, int(seed))
             if basis is not None:
-                best = max(best, _Walk(dots, tree).from_(int(seed), basis), key=len)
-            if len(best) > len(order) // 2:
+                walked = _Walk(dots, tree).from_(int(seed), basis)
+                worth = len(walked) * _sine(*basis)  # less for steps that lead across a diagonal
+                best, most = (walked, worth) if worth > most else (best, most)
+            if most > _CLEAR * len(order):
                 break
     numbers = np.array(list(best.values()), dtype=np.int64)
     return numbers, np.array(list(best), dtype=np.int64).reshape(-1, 2)
@@ -95,12 +100,15 @@ def _basis_at(tree: "cKDTree", centres: Floats, seed: int) -> Floats | None:
     sound = np.flatnonzero(opposite < _NEAR * lengths)
     for number in sound[1:]:
         first, other = steps[sound[0]], steps[number]
-        sine = abs(first[0] * other[1] - first[1] * other[0]) / (
-            np.linalg.norm(first) * np.linalg.norm(other)
-        )
-        if sine > 0.5:
+        if _sine(first, other) > 0.5:
             return np.array([first, other])
     return None
+
+
+def _sine(first: Floats, other: Floats) -> float:
+    """Sine of the angle between two steps."""
+    area = abs(first[0] * other[1] - first[1] * other[0])
+    return float(area / (np.linalg.norm(first) * np.linalg.norm(other)))
 
 
 class _Walk:
@@ -196,45 +204,67 @@ def identify(target: Target, spots: Dots, anchors: Sequence[Anchor]) -> tuple[In
             f"{len(dots)} dots in rows and columns do not fit the target"
             + (" and its anchors" if anchors else "")
         )
-    scores = np.array([_score(target.lattice, ids, steps) for ids in found])
+    wrap = _columns_around(target, target.lattice)
+    scores = np.array([_score(target.lattice, way, wrap) for way in found])
     rivals = int((scores >= scores.max() - (1 - _RIVAL) * len(steps)).sum())
     if rivals > 1:
         raise DataError(
             f"{rivals} ways to number the dots are as good: name "
             "two of them in `anchors` (row, column, x, y)"
         )
-    best = found[int(np.argmax(scores))]
+    best = found[int(np.argmax(scores))].ids
     seen = best >= 0
     return complete(target, best[seen], centres[dots][seen], centres)
 
 
-def _score(lattice: Ints, ids: Ints, steps: Ints) -> float:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Way:
+    """A way to name the dots: number of the point (M,), -1 if none, and row and column (M, 2)."""
+
+    ids: Ints
+    places: Ints
+
+
+def _columns_around(target: Target, lattice: Ints) -> int:
+    """Columns of a target that goes all the way around, whose last is beside the first; else 0."""
+    low, high = lattice[:, 1].min(), lattice[:, 1].max()
+    first, last = (target.points[lattice[:, 1] == column] for column in (low, high))
+    second = target.points[lattice[:, 1] == low + 1]
+    if high - low < 3 or not len(second):
+        return 0
+    step = np.median(np.linalg.norm(first[:, None] - second[None], axis=-1).min(axis=1))
+    gap = np.median(np.linalg.norm(first[:, None] - last[None], axis=-1).min(axis=1))
+    return int(high - low + 1) if gap < _BESIDE * step else 0
+
+
+def _score(lattice: Ints, way: _Way, wrap: int) -> float:
     """Count the dots that have a name, less those that contradict it.
 
     Contradictions are dots that were seen where the target leaves one out, and dots of the
     target that were not seen though all their neighbours were.
     """
-    known = ids >= 0
-    names, places = lattice[ids[known]], steps[known]
-    move = np.linalg.lstsq(_with_one(places), _with_one(names).astype(np.float64))[0]
-    everywhere = np.rint(_with_one(steps) @ move)[:, :2].astype(np.int64)
-    low, high = lattice.min(axis=0), lattice.max(axis=0)
-    extra = ~known & ((everywhere >= low) & (everywhere <= high)).all(axis=1)
-    seen = {tuple(place) for place in everywhere.tolist()}
+    known, places = way.ids >= 0, _wrapped(way.places - lattice.min(axis=0), wrap)
+    low, high = np.zeros(2, dtype=np.int64), lattice.max(axis=0) - lattice.min(axis=0)
+    extra = ~known & ((places >= low) & (places <= high)).all(axis=1)
+    seen = {tuple(place) for place in places.tolist()}
     unseen = [
         place
-        for place in map(tuple, lattice.tolist())
-        if place not in seen and all(side in seen for side in _beside(place))
+        for place in map(tuple, (lattice - lattice.min(axis=0)).tolist())
+        if place not in seen and all(side in seen for side in _beside(place, wrap))
     ]
     return float(known.sum()) - _AGAINST * (int(extra.sum()) + len(unseen))
 
 
-def _with_one(places: Ints) -> Ints:
-    return np.concatenate([places, np.ones((len(places), 1), dtype=np.int64)], axis=1)
+def _wrapped(places: Ints, wrap: int) -> Ints:
+    """Take columns modulo those of a target that goes all the way around."""
+    if not wrap:
+        return places
+    return np.stack([places[:, 0], places[:, 1] % wrap], axis=-1)
 
 
-def _beside(place: Place) -> list[Place]:
-    return [_stepped(place, axis, sign) for axis in (0, 1) for sign in (1, -1)]
+def _beside(place: Place, wrap: int) -> list[Place]:
+    sides = [_stepped(place, axis, sign) for axis in (0, 1) for sign in (1, -1)]
+    return [(row, column % wrap) if wrap else (row, column) for row, column in sides]
 
 
 def complete(target: Target, ids: Ints, pixels: Floats, centres: Floats) -> tuple[Ints, Floats]:
@@ -294,26 +324,29 @@ def _seen(matrix: Floats, points: Floats) -> Floats:
 
 def _numberings(
     target: Target, lattice: Ints, pixels: Floats, steps: Ints, anchors: Sequence[Anchor]
-) -> list[Ints]:
-    """Numbers of points (M,), -1 where there is none, for each way that fits."""
+) -> list[_Way]:
+    """List the ways to name the dots that fit."""
     low = lattice.min(axis=0)
     extent = lattice.max(axis=0) - low + 1
     table = np.full(extent, -1, dtype=np.int64)
     table[tuple((lattice - low).T)] = np.arange(len(lattice))
     pitch = _pitch(pixels, steps)
     named = _named(pixels, anchors, pitch)
+    wrap = _columns_around(target, lattice)
     ways = []
     for turn in _TURNS:
         turned = steps @ turn.T
         turned = turned - turned.min(axis=0)
         size = turned.max(axis=0) + 1
+        columns = range(extent[1]) if wrap else range(1 - size[1], extent[1])
         for row in range(1 - size[0], extent[0]):
-            for column in range(1 - size[1], extent[1]):
-                ids = _looked_up(table, turned + np.array([row, column]))
+            for column in columns:
+                places = turned + np.array([row, column])
+                ids = _looked_up(table, _wrapped(places, wrap))
                 enough = (ids >= 0).sum() >= max(_OVERLAP * len(ids), 6)
                 if enough and all(ids[dot] == point for dot, point in named):
-                    ways.append(ids)
-    return [ids for ids in ways if _fits(target, ids, pixels, pitch)]
+                    ways.append(_Way(ids, places + low))
+    return [way for way in ways if _fits(target, way.ids, pixels, pitch)]
 
 
 def _looked_up(table: Ints, places: Ints) -> Ints:
