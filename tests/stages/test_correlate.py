@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.ndimage import gaussian_filter
 
 from shapemorph.config import CorrelateConfig
 from shapemorph.core.errors import StageError
@@ -13,6 +14,7 @@ from shapemorph.core.status import PointStatus
 from shapemorph.methods.laws.identity import identity_warp
 from shapemorph.methods.near_start import start_from
 from shapemorph.methods.subset_dic import SubsetSettings
+from shapemorph.methods.synthetic.planar import planar_speckle
 from shapemorph.methods.warping import warp_points
 from shapemorph.stages.correlate import correlate
 
@@ -101,6 +103,30 @@ def test_a_large_deformation_is_found_through_a_warp_that_is_nearly_right(scene)
     error = _error(grid)
     assert np.sqrt((error**2).mean()) < 0.015  # curvature that is left after one renewal
     assert np.abs(error).max() < 0.1
+
+
+def test_a_side_out_of_focus_is_matched_as_well_as_it_shows():
+    rng = np.random.default_rng(0)
+    cols, rows = np.meshgrid(np.arange(320.0), np.arange(320.0))
+    shift = np.array([0.3, -0.2])
+    speckle = planar_speckle(diameter=5.0, seed=1)
+    sharp, moved = (
+        0.5 + 0.15 * speckle.at(np.stack([cols, rows], axis=-1) - by) for by in (0.0, shift)
+    )
+    noise = rng.normal(0.0, 2 / 255, (2, 320, 320))
+    mask = np.ones(sharp.shape, dtype=bool)
+    reference = GreyImage((sharp + noise[0]).astype("f4"), mask)
+    soft = GreyImage((gaussian_filter(moved, 2.0) + noise[1]).astype("f4"), mask)
+    warp = identity_warp(mask.shape)
+    grid = correlate(
+        reference, lambda _warp: soft, Morphed(soft, warp), CorrelateConfig(refinements=0), None
+    )
+    ok = grid.status == PointStatus.OK
+    inner = (np.abs(grid.reference_px - 160.0) < 130.0).all(axis=-1)
+    assert ok[inner].all()
+    error = grid.deformed_px[inner] - grid.reference_px[inner] - shift
+    assert np.sqrt((error**2).mean()) < 0.035
+    assert np.median(grid.zncc[inner]) > 0.98
 
 
 def test_the_gradient_is_that_of_the_whole_map(scene):
