@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 ENOUGH = 0.9  # of the points that may be expected: fewer, and features are matched
 NEAR_ENOUGH = 0.02  # px: to this the subsets of a near start settle
 BENT, MANY_BENT = 0.05, 0.1  # px of bias; share of the points for which it is worth a try
+ALIKE = 0.97  # median ZNCC from which on neither picture is asked whether it is out of focus
 GENTLE = 0.1  # change of the gradient that subsets follow without a morphed picture
 log = logging.getLogger(__name__)
 
@@ -146,10 +147,23 @@ def _correlate_near(
         return correlate_from(left, right, start.warp, config)
     unmoved = Morphed(right, _unmoved(right))
     found = _if_found(lambda: correlate_pictures(left, right, unmoved, config, start))
+    icgn = config.correlate.mode == "icgn"
+    if icgn and found is not None and _one_is_softer(left, right, found):
+        morphed = morph_by_warp(left, right, start.warp)
+        return _if_found(lambda: correlate_pictures(left, right, morphed, config))
     if found is None or (finer := _with_finer_subset(found, left, config)) is None:
         return found
     again = _if_found(lambda: correlate_pictures(left, right, unmoved, finer, start))
     return found if again is None or again.ok_count < ENOUGH * found.ok_count else again
+
+
+def _one_is_softer(left: GreyImage, right: GreyImage, found: CorrelationGrid) -> bool:
+    """Tell if two pictures agree so poorly because one of them is out of focus."""
+    if left.shape != right.shape or np.nanmedian(found.zncc) > ALIKE:
+        return False
+    from shapemorph.methods.sharpness import missing_blur
+
+    return bool(missing_blur(left, right))
 
 
 def _with_finer_subset(

@@ -1,9 +1,11 @@
 """Ways from two pictures to a grid."""
 
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 from shapemorph.config import CorrelateConfig, RunConfig
 from shapemorph.core.image import GreyImage
+from shapemorph.methods.synthetic.planar import planar_speckle
 from shapemorph.pipeline import picture_match
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.picture_match import follow_pictures, picture_law_inputs
@@ -28,6 +30,25 @@ def test_propagation_matches_no_features(wave_pattern, pixel_grid, monkeypatch):
     error = (found.grid.deformed_px - found.grid.reference_px)[ok] - [7.4, -6.2]
     assert np.abs(error).max() < 0.1  # of subsets that the rim cuts
     assert np.median(np.abs(error)) < 0.003
+
+
+def test_near_pictures_of_which_one_is_out_of_focus_are_seen_alike():
+    cols, rows = np.meshgrid(np.arange(320.0), np.arange(320.0))
+    at, speckle = np.stack([cols, rows], axis=-1), planar_speckle(diameter=5.0, seed=1)
+    full, noise = np.ones((320, 320), dtype=bool), np.random.default_rng(0)
+    greys = [0.5 + 0.15 * speckle.at(at - by) for by in (0.0, np.array([1.3, -0.7]))]
+    greys[1] = gaussian_filter(greys[1], 1.6)
+    left, right = (
+        GreyImage((grey + noise.normal(0, 2 / 255, grey.shape)).astype("f4"), full)
+        for grey in greys
+    )
+    config = RunConfig()
+    found = follow_pictures(left, right, config, picture_law_inputs(config), Clock(lambda _: None))
+    assert found.matches is None  # a near start
+    inner = (np.abs(found.grid.reference_px - 160.0) < 130.0).all(axis=-1)
+    assert np.median(found.grid.zncc[inner]) > 0.98
+    error = (found.grid.deformed_px - found.grid.reference_px)[inner] - [1.3, -0.7]
+    assert np.sqrt((error**2).mean()) < 0.035
 
 
 def test_a_field_that_bends_within_subsets_takes_smaller_ones(wave_pattern, pixel_grid):
