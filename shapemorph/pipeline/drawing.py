@@ -28,7 +28,12 @@ class Drawing:
 
     def __init__(self, results: Results, process: "DrawingProcess") -> None:
         from shapemorph.view import figures
-        from shapemorph.view.shapes import reference_figures, with_small_textures
+        from shapemorph.view.shapes import (
+            carried,
+            deformed_figures,
+            reference_figures,
+            with_small_textures,
+        )
 
         self._process = process
         load = results.load
@@ -59,6 +64,11 @@ class Drawing:
                 process.draw,
                 figures.correlation_figures,
                 lambda: (images()[0], load("correlate")),
+            ),
+            "align": (
+                process.draw_in_scene,
+                deformed_figures,
+                lambda: (carried(with_small_textures(load("deformed")), load("align")),),
             ),
         }
 

@@ -57,7 +57,7 @@ class Finished:
     def all_reached(self) -> None:
         """Draw all that is left, now that every stage is up to date, if figures are wanted."""
         if self._drawing:
-            self._drawing.all_reached(self.nouns())
+            self._drawing.all_reached(self._found)
 
     def drawn(self) -> "Pictures":
         """Wait for the figures."""
@@ -88,9 +88,14 @@ class Finished:
         return with_forming(bare, self.config, load("limit_curve"), float(MM_PER_UNIT[unit]))
 
     def nouns(self) -> RunResults:
-        """Collect everything for the figures, with a summary as it stands now."""
+        """Collect everything that was found, with a summary as it stands now."""
+        return replace(self._found, summary=self.summary(self._found))
+
+    @functools.cached_property
+    def _found(self) -> RunResults:
+        """Everything but the summary."""
         load = self.results.load
-        bare = RunResults(
+        return RunResults(
             pair=load("flatten"),
             matches=load("match"),
             morphed=load("morph"),
@@ -105,7 +110,6 @@ class Finished:
             reference_mesh=load("reference"),
             deformed_mesh=load("deformed"),
         )
-        return replace(bare, summary=self.summary(bare))
 
     def summary(self, results: RunResults) -> dict[str, Any]:
         """Figures of the run."""
@@ -169,7 +173,9 @@ def _write_sections(run: Finished, folder: Path) -> None:
 def _write_figures(run: Finished, folder: Path) -> None:
     if run.config.report.figures:
         from shapemorph.view.figures import write_pictures
+        from shapemorph.view.viewer import viewer_data
 
+        viewer_data(run.measurement)  # what the report asks for, while figures are still drawn
         write_pictures(run.drawn(), folder / "figures")
     if run.config.report.animation:
         _write_animation(run.measurement, folder)

@@ -11,7 +11,7 @@ from shapemorph.view.layout import EDGE, HEAD, Heading, views_figure
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.render import Scene
 from shapemorph.view.style import colour_scale
-from shapemorph.view.theme import drawn
+from shapemorph.view.theme import THEMES, drawn
 
 Film: TypeAlias = NDArray[np.uint8]
 
@@ -58,7 +58,8 @@ def strain_film(measurement: Measurement) -> Film | None:
         "From the reference to the deformed shape",
         f"Colours: {measure.title}, as it is in the end.",
     )
-    around = drawn(views_figure(pictures[-1:], ("",), heading, scale=scale, label=measure.label))
+    figure = views_figure(pictures[-1:], ("",), heading, scale=scale, label=measure.label)
+    around = drawn(figure, THEMES["light"])
     height, width = (length // 2 * 2 for length in around.shape[:2])
     film = np.repeat(around[None, :height, :width], COUNT, axis=0)
     for sheet, picture in zip(film, pictures, strict=True):

@@ -1,6 +1,7 @@
 """The figures of a run, as files."""
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ from shapemorph.view.maps import (
     surface_distortion_figure,
 )
 from shapemorph.view.plots import histograms_figure, matches_figure, morph_figure
-from shapemorph.view.theme import THEMES, png
+from shapemorph.view.theme import THEMES, drawn, png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,9 +38,16 @@ def write_distortion_figure(
 
 
 def encoded(figures: Named, theme: str = "light") -> Iterator[tuple[str, bytes]]:
-    """Turn figures into the content of PNG files, each as soon as it is drawn."""
-    for name, figure in figures:
-        yield name, png(figure, THEMES[theme])
+    """Turn figures into the content of PNG files; one is compressed while the next is drawn."""
+    with ThreadPoolExecutor(1) as pool:
+        before: tuple[str, Future[bytes]] | None = None
+        for name, figure in figures:
+            pixels = drawn(figure, THEMES[theme])
+            if before:
+                yield before[0], before[1].result()
+            before = name, pool.submit(png, pixels, THEMES[theme])
+        if before:
+            yield before[0], before[1].result()
 
 
 def write_pictures(pictures: Iterable[tuple[str, bytes]], folder: Path) -> None:

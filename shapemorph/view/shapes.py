@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.results import RunResults
@@ -29,23 +29,31 @@ CAPTIONS = ("along the mean normal", "from one side")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shapes:
-    """What the figures of the deformed shape show.
+    """What the figures of the measures on the deformed shape show.
 
     Attributes
     ----------
     measurement : Measurement
-    deformed : TexturedMesh
-        In the frame of the reference file.
+    vertices : (V, 3) float64
+        Of the deformed mesh in the frame of the reference file, mm.
+    faces : (F, 3) int64
     """
 
     measurement: Measurement
-    deformed: TexturedMesh
+    vertices: Floats
+    faces: Ints
 
 
 def shapes_of(results: RunResults) -> Shapes:
-    """Take from a measurement what the figures of its deformed shape show."""
-    carried = _carried(with_small_textures(results.deformed_mesh), results.alignment)
-    return Shapes(results.measurement, carried)
+    """Take from a measurement what the figures of its measures show."""
+    mesh = carried(results.deformed_mesh, results.alignment)
+    return Shapes(results.measurement, mesh.vertices, mesh.faces)
+
+
+def carried(mesh: TexturedMesh, alignment: Alignment) -> TexturedMesh:
+    """Carry the deformed mesh into the frame of the reference file."""
+    vertices = mesh.vertices @ alignment.rotation.T + alignment.translation
+    return replace(mesh, vertices=vertices)
 
 
 def with_small_textures(mesh: TexturedMesh) -> TexturedMesh:
@@ -62,14 +70,22 @@ def reference_figures(mesh: TexturedMesh, scene: Scene) -> Iterator[tuple[str, "
     StageError
         Off-screen rendering gives nothing.
     """
-    yield (
-        "shape_reference",
-        _shape_figure(scene, mesh, outer_view(mesh.vertices, mesh.faces), "reference"),
-    )
+    yield "shape_reference", _shape_figure(scene, mesh, "reference")
+
+
+def deformed_figures(mesh: TexturedMesh, scene: Scene) -> Iterator[tuple[str, "Figure"]]:
+    """Draw the deformed shape, in the frame of the reference file, with its pattern.
+
+    Raises
+    ------
+    StageError
+        Off-screen rendering gives nothing.
+    """
+    yield "shape_deformed", _shape_figure(scene, mesh, "deformed")
 
 
 def shape_figures(shapes: Shapes, scene: Scene) -> Iterator[tuple[str, "Figure"]]:
-    """Draw the deformed shape with its pattern, then with every measure.
+    """Draw every measure on the deformed shape.
 
     Yields one after the other, by name, so that only one is held at a time; nothing where
     no cell was measured.
@@ -79,30 +95,24 @@ def shape_figures(shapes: Shapes, scene: Scene) -> Iterator[tuple[str, "Figure"]
     StageError
         Off-screen rendering gives nothing.
     """
-    measurement, carried = shapes.measurement, shapes.deformed
+    measurement = shapes.measurement
     if not len(measurement.cells):
         return
     deformed = measurement.reference + measurement.arrays["displacement"]
     after = outer_view(deformed, measurement.cells)
-    yield "shape_deformed", _shape_figure(scene, carried, after, "deformed")
     scene.clear("the measured field")
     used, cells = np.unique(measurement.cells, return_inverse=True)
     painter = scene.add_coloured(deformed[used], cells.reshape(-1, 4))
-    scene.add_bare(carried.vertices, carried.faces)
+    scene.add_bare(shapes.vertices, shapes.faces)
     views = (after, second_view(after, deformed[used], TILT))
     for measure in measures_in(measurement):
         values = measure_values(measurement, measure)[used]
         yield measure.key, _measure_figure(scene, painter, measure, values, views)
 
 
-def _carried(mesh: TexturedMesh, alignment: Alignment) -> TexturedMesh:
-    """Carry the deformed mesh into the frame of the reference file."""
-    vertices = mesh.vertices @ alignment.rotation.T + alignment.translation
-    return replace(mesh, vertices=vertices)
-
-
-def _shape_figure(scene: Scene, mesh: TexturedMesh, view: View, key: str) -> "Figure":
+def _shape_figure(scene: Scene, mesh: TexturedMesh, key: str) -> "Figure":
     """Draw a mesh with its own pattern."""
+    view = outer_view(mesh.vertices, mesh.faces)
     scene.clear(mesh.name)
     scene.add_textured(mesh)
     heading = Heading(

@@ -41,21 +41,20 @@ THEMES = {
 """By their names in the configuration."""
 
 
-def png(figure: "Figure", theme: Theme) -> bytes:
-    """Content of the PNG file of a figure."""
-    dpi = DPI * theme.pixel_ratio
-    figure.set_dpi(dpi)
+def drawn(figure: "Figure", theme: Theme) -> Pixels:
+    """Draw a figure, (H, W, 3)."""
+    figure.set_dpi(DPI * theme.pixel_ratio)
     if theme.inks:
         _change_inks(figure, theme.inks)
-    pixels = drawn(figure)
-    return _small_png(pixels, dpi) if theme.is_small else png_bytes(pixels, per_inch=dpi)
-
-
-def drawn(figure: "Figure") -> Pixels:
-    """Draw a figure, (H, W, 3)."""
     canvas: Any = figure.canvas
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3]
+
+
+def png(pixels: Pixels, theme: Theme) -> bytes:
+    """Content of the PNG file of a figure that was drawn."""
+    dpi = DPI * theme.pixel_ratio
+    return _small_png(pixels, dpi) if theme.is_small else png_bytes(pixels, per_inch=dpi)
 
 
 def _small_png(pixels: Pixels, dpi: int) -> bytes:

@@ -3,6 +3,7 @@
 import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -42,11 +43,12 @@ class ViewerData:
     content: str
 
 
+@lru_cache(maxsize=1)
 def viewer_data(measurement: Measurement) -> ViewerData | None:
     """Pack the surface between good points, and points that were lost.
 
     Numbers are 32-bit floats. A large surface gets larger quads where it is whole; all
-    points that are left keep their own values.
+    points that are left keep their own values. What was packed last is kept.
 
     Returns
     -------

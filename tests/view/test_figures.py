@@ -22,7 +22,13 @@ from shapemorph.view.figures import (
 from shapemorph.view.maps import grid_extent, surface_distortion_figure
 from shapemorph.view.measures import MEASURES, measure_values
 from shapemorph.view.plots import even_selection
-from shapemorph.view.shapes import reference_figures, shape_figures, shapes_of, with_small_textures
+from shapemorph.view.shapes import (
+    deformed_figures,
+    reference_figures,
+    shape_figures,
+    shapes_of,
+    with_small_textures,
+)
 
 NO_GL = sys.platform.startswith("linux") and not all(
     ctypes.util.find_library(name) for name in ("EGL", "GL")
@@ -37,6 +43,7 @@ def drawn(results, tmp_path_factory):
     write_pictures(_flat(results), folder)
     with DrawingProcess() as process:
         process.draw_in_scene(reference_figures, results.reference_mesh)
+        process.draw_in_scene(deformed_figures, results.deformed_mesh)
         process.draw_in_scene(shape_figures, shapes_of(results))
         write_pictures(process.finish(), folder)
     return sorted(folder.iterdir())

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from shapemorph.view.style import FAINT, INK, new_figure, place_axes, place_pixels, write_text
-from shapemorph.view.theme import THEMES, png
+from shapemorph.view.theme import THEMES, drawn, png
 
 
 def _figure(ratio):
@@ -21,7 +21,8 @@ def _figure(ratio):
 
 
 def _pixels(figure, theme):
-    return np.asarray(Image.open(io.BytesIO(png(figure, theme))).convert("RGB")).astype(int)
+    content = png(drawn(figure, theme), theme)
+    return np.asarray(Image.open(io.BytesIO(content)).convert("RGB")).astype(int)
 
 
 @pytest.mark.parametrize(("name", "ratio"), [("light", 1), ("print", 2)])
