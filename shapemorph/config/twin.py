@@ -10,13 +10,15 @@ from shapemorph.config.section import Section
 class TwinConfig(Section):
     """Section `twin`: a synthetic experiment in front of two cameras."""
 
-    kind: Literal["membrane"] = Field(
-        "membrane", description="membrane: a rubber disc of 76 mm that a round punch is pushed into"
+    kind: Literal["membrane", "bulge"] = Field(
+        "membrane",
+        description="membrane: a rubber disc of 76 mm that a round punch is pushed into; bulge: a "
+        "hot sheet of 1.35 mm that gas blows into a die of 45 mm",
     )
     law: Literal["fe", "analytic"] = Field(
         "fe",
-        description="fe: finite elements with frictionless contact; analytic: a cap and a cone "
-        "that grow, quick",
+        description="fe: finite elements; analytic: a closed form that grows, quick (membrane: a "
+        "cap and a cone; bulge: a hemisphere and a wall, stretched by two along its meridians)",
     )
     scale: float = Field(
         1.0,
@@ -25,9 +27,19 @@ class TwinConfig(Section):
         description="size of the pictures, 1: 2352 x 1728 px; the speckle keeps its size in px",
     )
     steps: int = Field(16, ge=1, le=64, description="states after the first one")
-    travel: float = Field(32.0, gt=0, le=34, description="way of the punch in all steps, mm")
-    offset: float = Field(4.0, ge=-10, le=10, description="of the punch from the centre, mm")
-    tilt: float = Field(5.0, ge=-15, le=15, description="of the punch, degrees")
+    travel: float = Field(
+        32.0, gt=0, le=34, description="membrane: way of the punch in all steps, mm"
+    )
+    offset: float = Field(
+        4.0, ge=-10, le=10, description="membrane: of the punch from the centre, mm"
+    )
+    tilt: float = Field(5.0, ge=-15, le=15, description="membrane: of the punch, degrees")
+    height: float = Field(
+        1.1, ge=0.4, le=1.4, description="bulge by fe: of its middle in the end, over the radius"
+    )
+    exponent: float = Field(
+        0.5, ge=0.3, le=1, description="bulge by fe: m of the flow stress K rate^m, the sensitivity"
+    )
     rings: int = Field(
         24, ge=8, le=80, description="rings of elements; 6 times their square triangles"
     )
@@ -45,7 +57,7 @@ class TwinConfig(Section):
 
     @model_validator(mode="after")
     def _punch_stays_on_the_sheet(self) -> Self:
-        if self.law == "analytic" and self.travel > 32.0:
+        if self.kind == "membrane" and self.law == "analytic" and self.travel > 32.0:
             raise ValueError(
                 f"law analytic knows 32 mm of travel, got {self.travel:g}: lower travel or choose "
                 "law fe"

@@ -9,6 +9,7 @@ from shapemorph.io.images import read_grey_image, read_white
 from shapemorph.io.twin_files import read_twin
 from shapemorph.methods.synthetic.membrane.smooth import map_points
 from shapemorph.pipeline.twin import write_twin_case
+from shapemorph.stages.twin import make_twin, region_of_first
 
 SMALL = TwinConfig(law="analytic", scale=0.12, steps=1, rings=12, views=1, samples=1)
 
@@ -52,6 +53,19 @@ def test_a_rim_of_the_truth_stays_where_it_is(folder):
     rim = 37.9 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     moved = map_points(twin.maps[1], rim)[0] - map_points(twin.maps[0], rim)[0]
     assert np.abs(moved).max() < 0.2
+
+
+@pytest.mark.parametrize("law", ["fe", "analytic"])
+def test_the_bulge_is_strained_beyond_one_and_a_half(law):
+    config = TwinConfig(kind="bulge", law=law, scale=0.12, steps=2, rings=8, height=1.12)
+    twin = make_twin(config)
+    assert twin.radius == 22.5
+    assert twin.travel[0] == 0
+    middle, slope = map_points(twin.maps[-1], np.array([[0.0, 0.0], [1.0, 0.5]]))
+    assert middle[0, 2] == pytest.approx(twin.travel[-1], abs=0.1)
+    green = (np.swapaxes(slope, 1, 2) @ slope - np.eye(2)) / 2
+    assert np.linalg.eigvalsh(green).min() > 1.2
+    assert region_of_first(twin).sum() > 1_000
 
 
 def test_pictures_of_another_origin_are_left_alone(tmp_path):
