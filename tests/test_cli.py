@@ -22,6 +22,7 @@ COMMANDS = {
     "calibrate",
     "reconstruct",
     "track",
+    "reproduce",
     *("measure", "run", "flatten", "match", "morph", "correlate", "lift", "align", "strain"),
     *(
         "spread",

@@ -260,7 +260,7 @@ def synthesize(
         Shape (dome, bulge, indentation, freeform, hole, tube, rigid, balloon, sheet) or a YAML
         file with a section `synthesize`; or `stereo`.
     kind
-        Of `stereo`: membrane, or a YAML file with a section `twin`.
+        Of `stereo`: membrane, bulge, or a YAML file with a section `twin`.
     """
     from shapemorph.cli.stereo import write_stereo_twin
     from shapemorph.pipeline.synthesize import write_case

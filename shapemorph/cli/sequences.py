@@ -1,10 +1,15 @@
 """The commands for what two cameras saw over time."""
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from shapemorph.cli.app import NO_SETTINGS, SAY
 from shapemorph.cli.cameras import app
+from shapemorph.cli.console import configure_log, watching
 from shapemorph.cli.options import Output, Say, Settings
+from shapemorph.cli.runs import print_result
 from shapemorph.core.errors import ConfigError
 
 __all__ = ["app"]  # with all commands, those of this module included
@@ -48,3 +53,33 @@ def track(  # noqa: PLR0913 - one for each option
         settings = Settings([*settings.set_, f"inputs.region.mask={mask.absolute()}"])
     config = pair_config(given, settings)
     return track_pictures(config, output or Path(f"{left.parent.absolute().name}_track"), say)
+
+
+@app.command
+def reproduce(
+    case: str = "membrane",
+    /,
+    *,
+    output: Output = None,
+    quick: Annotated[bool, Parameter(negative=())] = False,
+    settings: Settings = NO_SETTINGS,
+    say: Say = SAY,
+) -> int:
+    """Reproduce the paper on a synthetic twin: every method against the truth, on one page.
+
+    Parameters
+    ----------
+    case
+        membrane, or a YAML file with a section `reproduce`.
+    quick
+        Small pictures and few states: minutes instead of half an hour.
+    """
+    from shapemorph.cli.stereo import describe_reproduction, read_reproduction
+    from shapemorph.pipeline.reproduce import reproduce_membrane
+
+    config = read_reproduction(case, settings, quick=quick)
+    folder = output or Path(f"{Path(case).stem}_reproduction")
+    configure_log(say)
+    with watching(say) as listener:
+        summary = reproduce_membrane(config, folder, listener=listener)
+    return print_result(folder, summary, describe_reproduction, say)

@@ -11,7 +11,7 @@ from shapemorph.cli.words import describe_verdict
 from shapemorph.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from shapemorph.config import RunConfig, TwinConfig
+    from shapemorph.config import ReproduceConfig, RunConfig, TwinConfig
 
 
 def write_stereo_twin(
@@ -73,3 +73,34 @@ def read_twin(kind: str, settings: Settings) -> "TwinConfig":
             f"expected a stereo experiment ({', '.join(kinds)}) or a YAML file, got {kind!r}"
         )
     return check_config({"twin": {"kind": kind}}, TwinFile, settings.set_).twin
+
+
+def read_reproduction(case: str, settings: Settings, *, quick: bool) -> "ReproduceConfig":
+    """Read the YAML file of a reproduction, or make a default one, small if that is asked for.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such case or file, or the file is wrong.
+    """
+    from shapemorph.io.config_files import check_config, read_config
+    from shapemorph.pipeline.reproduce import QUICK, ReproduceFile
+
+    if is_config(Path(case)):
+        if quick:
+            raise ConfigError(f"--quick stands instead of a file, got {case} too: leave one out")
+        return read_config(Path(case), ReproduceFile, settings.set_).reproduce
+    if case != "membrane":
+        raise ConfigError(f"expected membrane or a YAML file, got {case!r}")
+    chosen = {"reproduce": QUICK if quick else {}}
+    return check_config(chosen, ReproduceFile, settings.set_).reproduce
+
+
+def describe_reproduction(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say how far off every method was."""
+    yield f"{'mean ± s.d., mm':24s}{'points':>8s}" + "".join(f"{name:>20s}" for name in "uvw")
+    for name, method in summary["methods"].items():
+        errors = method["against_truth_mm"]
+        texts = (f"{errors[key]['mean']:.4f} ± {errors[key]['std']:.4f}" for key in "uvw")
+        yield f"{name:24s}{method['points']:8d}" + "".join(f"{text:>20s}" for text in texts)
+    yield f"page        {folder / 'index.html'}"

@@ -1,5 +1,6 @@
 """The three methods on a small synthetic membrane, against its truth."""
 
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -7,12 +8,14 @@ import pytest
 
 from shapemorph.config import RunConfig, TwinConfig
 from shapemorph.core.errors import DataError
+from shapemorph.io.config_files import read_config
 from shapemorph.io.measurement_files import read_vtp
 from shapemorph.io.twin_files import read_twin
 from shapemorph.methods.synthetic.membrane.smooth import map_points
 from shapemorph.pipeline.stereo_track import track_stereo
 from shapemorph.pipeline.twin import write_twin_case
 
+CONFIGS = Path(__file__).parents[2] / "configs"
 SMALL = TwinConfig(
     law="analytic", scale=0.2, steps=2, travel=10.0, rings=16, views=0, samples=2, noise=1.0
 )
@@ -57,6 +60,19 @@ def test_each_method_finds_the_displacement(case, tmp_path, method):
     limits = np.array([0.02, 0.02, 0.05])  # mm; a pixel shows 0.25 mm
     assert (np.abs(np.median(off, axis=0)) < 0.3 * limits).all()
     assert (1.4826 * np.median(np.abs(off), axis=0) < limits).all()
+
+
+@pytest.mark.parametrize("method", ["incremental", "image_morphing"])
+def test_the_settings_of_the_paper_give_errors_of_its_order(case, tmp_path, method):
+    text = (CONFIGS / f"paper_{method}.yaml").read_text(encoding="utf-8")
+    (case / "paper.yaml").write_text(text, encoding="utf-8")
+    config = read_config(case / "paper.yaml", RunConfig, ())
+    assert config.correlate.mode == "paper"
+    track_stereo(config, tmp_path / "run", listener=lambda _: None)
+    off = errors(case, tmp_path / "run")
+    assert len(off) > 900
+    scatter = 1.4826 * np.median(np.abs(off), axis=0)
+    assert (scatter < 5 * np.array([0.04, 0.04, 0.13])).all()  # 0.25 mm/px, the paper 0.05
 
 
 def test_every_state_lies_on_one_mesh(case, tmp_path):

@@ -1,0 +1,336 @@
+"""Figures and page of a reproduced experiment: every method against the truth."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shapemorph.core.arrays import Floats, Greys
+from shapemorph.core.camera import Rig
+from shapemorph.core.image import GreyImage
+from shapemorph.core.matching import Matches
+from shapemorph.core.measurement import Measurement
+from shapemorph.core.status import PointStatus
+from shapemorph.methods.twin_errors import TwinPoints
+from shapemorph.view.layout import BAR, EDGE, HEAD, Heading, write_heading
+from shapemorph.view.plots import even_selection
+from shapemorph.view.style import (
+    DEFORMED_COLOUR,
+    FAINT,
+    INK,
+    REFERENCE_COLOUR,
+    SMALL,
+    ColourScale,
+    colour_scale,
+    draw_colour_bar,
+    new_figure,
+    place_axes,
+    reduced,
+    write_text,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PANEL, BESIDE, BELOW = 340, 180, 90
+"""Side of a panel, room beside it for a colour bar, below it for its axis, px."""
+PICTURE = 900
+"""Longest side of a photograph in a figure, px."""
+ACROSS = 30
+"""Points across a photograph that are drawn."""
+STRIP = 0.01
+"""Half width of the strip around a diameter that a profile shows, of the size."""
+COLOURS = (REFERENCE_COLOUR, DEFORMED_COLOUR, "#2e7d4f", "#8a5fb0", "#b0772e")
+WORDS = {
+    "incremental": "incremental",
+    "image_morphing": "image-morphing",
+    "shape_morphing": "shape-morphing",
+    "paper_incremental": "incremental, paper's settings",
+    "paper_image_morphing": "image-morphing, paper's settings",
+    "direct": "direct correlation",
+}
+
+
+def stereo_figure(pictures: Sequence[Greys], measured: Measurement, rig: Rig) -> "Figure":
+    """Draw both pairs with the grid that was followed (left and right, first and last)."""
+    ok = measured.arrays["status"] == PointStatus.OK
+    some = even_selection(measured.arrays["reference_px"][ok], ACROSS)
+    before = measured.reference[ok][some]
+    after = before + measured.arrays["displacement"][ok][some]
+    titles = ("left, first", "right, first", "left, last", "right, last")
+    heading = Heading("Stereo pairs", "some of the points that were followed")
+    figure, axes = _sheet(titles, 2, heading)
+    for k, (own, picture) in enumerate(zip(axes, pictures, strict=True)):
+        seen = rig.cameras[k % 2].project(before if k < 2 else after)
+        _draw_photograph(own, picture)
+        own.plot(seen[:, 0], seen[:, 1], ".", color=DEFORMED_COLOUR, markersize=1.6)
+    return figure
+
+
+def stages_figure(pictures: Sequence[GreyImage], matches: Matches) -> "Figure":
+    """Draw the morph sequence from the left to the right view, and the disparities matched."""
+    titles = [f"I{k + 1}" for k in range(len(pictures))] + ["du  [px]", "dv  [px]"]
+    note = f"{len(matches.reference_px)} pairs of features; synthetic pictures between both ends"
+    figure, axes = _sheet(titles, 4, Heading("Stages of image-morphing, last state", note))
+    for own, picture in zip(axes, pictures, strict=False):
+        _draw_photograph(own, picture.grey)
+    shift = matches.deformed_px - matches.reference_px
+    for own, values in zip(axes[-2:], shift.T, strict=True):
+        _draw_points(figure, own, matches.reference_px, values, "px")
+        own.invert_yaxis()
+    return figure
+
+
+def gradient_figure(measured: Measurement, rig: Rig) -> "Figure":
+    """Map the displacement gradients between three pairs of pictures."""
+    ok = measured.arrays["status"] == PointStatus.OK
+    before = measured.reference[ok]
+    after = before + measured.arrays["displacement"][ok]
+    left, right = rig.cameras[:2]
+    at = measured.arrays["reference_px"][ok]
+    pairs = {
+        "left, first to last": (left.project(before), left.project(after)),
+        "first, left to right": (left.project(before), right.project(before)),
+        "last, left to right": (left.project(after), right.project(after)),
+    }
+    names = ("u_x", "u_y", "v_x", "v_y")
+    titles = [f"{name}; {pair}" for pair in pairs for name in names]
+    heading = Heading("Displacement gradients", "over the first left picture, px per px")
+    figure, axes = _sheet(titles, 4, heading)
+    for row, (source, target) in enumerate(pairs.values()):
+        slopes = _slopes(at, source, target)
+        for k, own in enumerate(axes[4 * row : 4 * row + 4]):
+            _draw_points(figure, own, at, slopes[:, k], "–")
+            own.invert_yaxis()
+    return figure
+
+
+def field_figure(points: TwinPoints) -> "Figure":
+    """Map displacement and strain as measured."""
+    u, v, w = points.displacement.T
+    fields = [
+        ("u", u, "mm"),
+        ("v", v, "mm"),
+        ("w", w, "mm"),
+        ("√(u² + v²)", np.hypot(u, v), "mm"),
+        ("E₁, Green–Lagrange", points.strain[:, 0], "–"),
+        ("E₂, Green–Lagrange", points.strain[:, 1], "–"),
+    ]
+    heading = Heading("Displacement and strain", "image-morphing, over the material")
+    figure, axes = _sheet([title for title, _, _ in fields], 3, heading)
+    for own, (_, values, unit) in zip(axes, fields, strict=True):
+        _draw_points(figure, own, points.material, values, unit)
+    return figure
+
+
+def profile_figure(points: Mapping[str, TwinPoints], truth: Sequence[Floats]) -> "Figure":
+    """Draw profiles over both diameters by every method, with the truth.
+
+    Parameters
+    ----------
+    points : mapping of str to TwinPoints
+    truth : three (N, 2) arrays
+        Place and displacement: w and u along x, v along y.
+    """
+    wanted = (("w over x, y = 0", 2, 0), ("u over x, y = 0", 0, 0), ("v over y, x = 0", 1, 1))
+    heading = Heading("Profiles", "lines: truth; points: measured in a strip around the diameter")
+    figure, axes = _sheet([f"{title}  [mm]" for title, _, _ in wanted], 3, heading)
+    for own, line, (_, component, along) in zip(axes, truth, wanted, strict=True):
+        for colour, (name, found) in zip(COLOURS, points.items(), strict=False):
+            own.plot(
+                *_strip(found, component, along),
+                ".",
+                color=colour,
+                markersize=2.5,
+                label=WORDS.get(name, name),
+            )
+        own.plot(line[:, 0], line[:, 1], "-", color=INK, linewidth=0.9, label="truth")
+    axes[0].legend(fontsize=SMALL * 0.7, frameon=False)
+    return figure
+
+
+def error_figure(points: Mapping[str, TwinPoints]) -> "Figure":
+    """Map the errors of u, v and w of every method against the truth."""
+    titles = [f"{name}; {WORDS.get(method, method)}" for method in points for name in "uvw"]
+    heading = Heading("Errors against the truth", "measured less true displacement, mm")
+    figure, axes = _sheet(titles, 3, heading)
+    for row, found in enumerate(points.values()):
+        for k in range(3):
+            _draw_points(figure, axes[3 * row + k], found.material, found.error[:, k], "mm")
+    return figure
+
+
+def limits_figure(
+    over_stretch: Sequence[Mapping[str, Any]], over_noise: Sequence[Mapping[str, Any]]
+) -> "Figure":
+    """Draw how errors grow with the largest stretch and with noise, method by method."""
+    titles = (
+        "error [mm rms] over the stretch",
+        "share of points over the stretch",
+        "error [mm rms] over noise [levels]",
+    )
+    figure, axes = _sheet(titles, 3, Heading("Limits of each method", "against the truth"))
+    methods = dict.fromkeys(str(row["method"]) for row in over_stretch)
+    for colour, method in zip(COLOURS, methods, strict=False):
+        rows = [row for row in over_stretch if row["method"] == method]
+        place = [row["largest_stretch"] for row in rows]
+        style: dict[str, Any] = {"color": colour, "label": WORDS.get(method, method)}
+        axes[0].semilogy(place, [row["error_rms_mm"] for row in rows], "o-", markersize=4, **style)
+        axes[1].plot(place, [row["share_of_points"] for row in rows], "o-", markersize=4, **style)
+    axes[1].legend(fontsize=SMALL * 0.7, frameon=False)
+    noise = [row["noise_levels"] for row in over_noise]
+    errors = [row["error_rms_mm"] for row in over_noise]
+    axes[2].plot(noise, errors, "o-", color=COLOURS[1], markersize=4)
+    return figure
+
+
+def _sheet(titles: Sequence[str], columns: int, heading: Heading) -> "tuple[Figure, list[Axes]]":
+    """Make a figure of panels with their titles."""
+    rows = -(-len(titles) // columns)
+    across, down = PANEL + BESIDE, PANEL + BELOW
+    figure = new_figure(EDGE + columns * across, HEAD + rows * down + EDGE)
+    write_heading(figure, heading)
+    axes = []
+    for k, title in enumerate(titles):
+        left = EDGE + 50 + across * (k % columns)
+        top = HEAD + 30 + down * (k // columns)
+        write_text(figure, left, top - 26, title, bold=True, size=SMALL)
+        own = place_axes(figure, left, top, PANEL, PANEL)
+        own.tick_params(labelsize=SMALL * 0.8, colors=FAINT)
+        own.spines[:].set_color(FAINT)
+        axes.append(own)
+    return figure, axes
+
+
+def _draw_photograph(axes: "Axes", picture: Greys) -> None:
+    small = reduced(picture, PICTURE)
+    height, width = picture.shape
+    axes.imshow(small, cmap="gray", vmin=0, vmax=1, extent=(-0.5, width - 0.5, height - 0.5, -0.5))
+
+
+def _draw_points(figure: "Figure", axes: "Axes", at: Floats, values: Floats, unit: str) -> None:
+    """Colour points by a value, with a colour bar."""
+    scale: ColourScale = colour_scale(values)
+    axes.scatter(
+        at[:, 0],
+        at[:, 1],
+        c=values,
+        s=max(0.8, min(14.0, 2.6e4 / max(1, len(at)))),
+        cmap=scale.map,
+        vmin=scale.low,
+        vmax=scale.high,
+        linewidths=0,
+        rasterized=True,
+    )
+    axes.set_aspect("equal")
+    box = axes.get_position()
+    across, down = figure.get_size_inches() * figure.dpi
+    left, top = box.x1 * across + 14, (1 - box.y1) * down
+    bar = place_axes(figure, left, top, BAR * 0.7, box.height * down)
+    draw_colour_bar(figure, bar, scale, unit)
+
+
+def _slopes(at: Floats, source: Floats, target: Floats) -> Floats:
+    """u_x, u_y, v_x, v_y (N, 4) of the shift from source to target, over the source."""
+    from scipy.spatial import cKDTree
+
+    _, near = cKDTree(at).query(at, k=9)
+    away = source[near] - source[near].mean(axis=1, keepdims=True)
+    shift = (target - source)[near]
+    shift = shift - shift.mean(axis=1, keepdims=True)
+    normal = np.swapaxes(away, 1, 2) @ away
+    found: Floats = np.linalg.solve(normal, np.swapaxes(away, 1, 2) @ shift)
+    return np.swapaxes(found, 1, 2).reshape(-1, 4)
+
+
+def _strip(points: TwinPoints, component: int, along: int) -> tuple[Floats, Floats]:
+    """Place along a diameter, and a component, of the points in a strip around it."""
+    across = points.material[:, 1 - along]
+    near = np.abs(across) < STRIP * np.ptp(points.material[:, along])
+    return points.material[near, along], points.displacement[near, component]
+
+
+def page_html(summary: Mapping[str, Any], figures: Sequence[str]) -> str:
+    """Write the page as HTML; figures lie beside it."""
+    from jinja2 import Environment, select_autoescape
+
+    import shapemorph
+
+    environment = Environment(autoescape=select_autoescape(default=True))
+    rows = [_row(name, method) for name, method in summary["methods"].items()]
+    return environment.from_string(_PAGE).render(
+        kind=summary["kind"],
+        rows=rows,
+        limits=_LIMITS,
+        figures=figures,
+        version=shapemorph.__version__,
+    )
+
+
+_LIMITS = (
+    "ours: mean + s.d. at most 0.005 mm in u and v, 0.012 mm in w (incremental twice that), no "
+    "point off by more than 0.06 mm, more than 5200 points, at full size"
+)
+
+
+def _row(name: str, method: Mapping[str, Any]) -> dict[str, Any]:
+    truth, other = method["against_truth_mm"], method["against_incremental_mm"]
+
+    def text(figures: Mapping[str, float]) -> str:
+        return f"{figures['mean']:.4f} ± {figures['std']:.4f}"
+
+    return {
+        "name": WORDS.get(name, name),
+        "points": method["points"],
+        "truth": [text(truth[key]) for key in ("u", "v", "w", "E1", "E2")],
+        "largest": f"{max(truth[key]['largest'] for key in 'uvw'):.3f}",
+        "other": [text(other[key]) if other else "–" for key in "uvw"],
+        "seconds": f"{method['seconds']:.0f}",
+        "report": f"{name}/report.html",
+    }
+
+
+_PAGE = """\
+<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>shapemorph: {{ kind }}</title>
+<style>
+body { margin: 0 auto; max-width: 1500px; padding: 1.5rem 1rem; color: #1d2430; background: #fff;
+  font: 15px/1.45 system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
+h1 { font-size: 1.4rem; margin: 0; }
+p { color: #5d6673; margin: .3rem 0 1rem; max-width: 60rem; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { text-align: left; vertical-align: top; padding: .3rem .9rem .3rem 0;
+  border-top: 1px solid #dfe3e8; }
+div { overflow-x: auto; }
+img { max-width: 100%; display: block; margin: 1.2rem 0; }
+</style>
+</head>
+<body>
+<h1>The {{ kind }}, by every method, against the truth</h1>
+<p>Errors in mm, mean ± standard deviation over all points; strains without unit. Required of
+{{ limits }}. The paper printed, against its incremental method: image-morphing w 0.06 ± 0.07,
+u 0.03 ± 0.04, v 0.01 ± 0.02; shape-morphing w 0.05 ± 0.03, u 0.02 ± 0.01, v 0.02 ± 0.02.</p>
+<div><table>
+<thead><tr><th rowspan="2">method</th><th rowspan="2">points</th>
+<th colspan="6">against the truth</th><th colspan="3">against incremental</th>
+<th rowspan="2">seconds</th></tr>
+<tr><th>u</th><th>v</th><th>w</th><th>E₁</th><th>E₂</th><th>largest</th>
+<th>u</th><th>v</th><th>w</th></tr></thead>
+<tbody>
+{% for row in rows %}<tr><td><a href="{{ row.report }}">{{ row.name }}</a></td>
+<td>{{ row.points }}</td>{% for text in row.truth %}<td>{{ text }}</td>{% endfor %}
+<td>{{ row.largest }}</td>{% for text in row.other %}<td>{{ text }}</td>{% endfor %}
+<td>{{ row.seconds }}</td></tr>
+{% endfor %}</tbody></table></div>
+{% for figure in figures %}<img src="{{ figure }}" alt="{{ figure }}">
+{% endfor %}
+<p><a href="summary.json">summary.json</a> · <a href="errors.csv">errors.csv</a> ·
+<a href="morph/sequence.gif">morph sequence</a> · shapemorph {{ version }}</p>
+</body>
+</html>
+"""

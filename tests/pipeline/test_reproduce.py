@@ -1,0 +1,48 @@
+"""The paper as one command, small: a page with every method against the truth."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from shapemorph.config import ReproduceConfig
+from shapemorph.io.images import read_grey_image
+from shapemorph.pipeline.reproduce import reproduce_membrane
+
+SMALL = ReproduceConfig.model_validate(
+    {
+        "twin": {
+            "law": "analytic",
+            "scale": 0.2,
+            "steps": 1,
+            "travel": 6.0,
+            "rings": 16,
+            "views": 0,
+        },
+        "spacing": 8,
+        "noises": [],
+        "states": 0,
+        "paper": False,
+    }
+)
+
+
+@pytest.mark.slow
+def test_the_page_shows_what_the_summary_holds(tmp_path):
+    summary = reproduce_membrane(SMALL, tmp_path / "page", listener=lambda _: None)
+    folder = tmp_path / "page"
+    assert json.loads((folder / "summary.json").read_text())["kind"] == "membrane"
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    for name, method in summary["methods"].items():
+        errors = method["against_truth_mm"]
+        assert errors["w"]["sum"] < 0.15, name
+        assert f"{errors['u']['mean']:.4f} ± {errors['u']['std']:.4f}" in page
+    assert set(summary["methods"]) == {"incremental", "image_morphing", "shape_morphing"}
+    with (folder / "errors.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 3 * 5 + 2 * 3
+    figures = sorted(path.stem for path in (folder / "figures").glob("*.png"))
+    assert figures[:4] == ["01_stereo_pairs", "02_stages", "03_gradients", "05_fields"]
+    for path in (folder / "figures").glob("*.png"):
+        assert np.ptp(read_grey_image(path).grey) > 0.3
