@@ -11,7 +11,7 @@ from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
 from shapemorph.methods.grid_correlation import Limits
 from shapemorph.methods.morph_sequence import origins_of_points
-from shapemorph.methods.paper_dic import SearchSettings, whole_pixel_shifts
+from shapemorph.methods.paper_dic import SearchSettings, peak_shifts
 from shapemorph.methods.spline_pictures import prepare_reference
 from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import SubsetSettings, grid_points
@@ -75,9 +75,10 @@ def search_middle(
 
 
 def carry_by_search(pictures: Sequence[GreyImage], middle: Middle) -> Floats:
-    """Carry both sides outwards by whole-pixel search from picture to picture, (P, 2, 2).
+    """Carry both sides outwards by search from picture to picture, (P, 2, 2).
 
-    Points that are lost on the way are left out.
+    Peaks are taken between pixels: whole ones err alike on every step, and their errors add
+    up to more than a subset starts from. Points that are lost on the way are left out.
     """
     half = len(pictures) // 2
     ends = [middle.early, middle.late]
@@ -115,8 +116,6 @@ def _step(
     height, width = here.shape
     inside: Bools = np.asarray(((whole >= 0) & (whole < (width, height))).all(axis=1))
     reference = prepare_reference(here, allowed=None, pad=settings.subset.pad)
-    shift, likeness = whole_pixel_shifts(
-        reference, there, np.where(inside[:, None], whole, 0), settings
-    )
+    shift, likeness = peak_shifts(reference, there, np.where(inside[:, None], whole, 0), settings)
     alike = np.isfinite(shift).all(axis=1) & (likeness >= settings.limits.min_zncc)
     return points + shift, inside & alike

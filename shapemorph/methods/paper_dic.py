@@ -150,7 +150,15 @@ def first_guesses(grid: PointGrid, shift: Floats, usable: Bools) -> tuple[Floats
 def whole_pixel_shifts(
     reference: ReferencePicture, moved: GreyImage, points: Ints, settings: SearchSettings
 ) -> tuple[Floats, Floats]:
-    """Search subsets by whole pixels.
+    """Search subsets by whole pixels; as :func:`peak_shifts`, rounded."""
+    shift, likeness = peak_shifts(reference, moved, points, settings)
+    return np.rint(shift), likeness
+
+
+def peak_shifts(
+    reference: ReferencePicture, moved: GreyImage, points: Ints, settings: SearchSettings
+) -> tuple[Floats, Floats]:
+    """Search subsets by whole pixels; a quadratic surface tells the peak between them.
 
     Parameters
     ----------
@@ -164,7 +172,7 @@ def whole_pixel_shifts(
     Returns
     -------
     shift : (N, 2)
-        px, whole; NaN where none was found or the best lies at the edge of the search.
+        px; NaN where none was found or the best lies at the edge of the search.
     likeness : (N,)
         Zero-mean normalised cross-correlation there.
     """
@@ -185,7 +193,7 @@ def whole_pixel_shifts(
         1,
         subset.min_inside,
     )
-    return np.rint(found[:, :2]), found[:, 2]
+    return found[:, :2], found[:, 2]
 
 
 def _fine(
