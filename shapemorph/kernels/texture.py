@@ -14,8 +14,10 @@ from shapemorph.kernels.bspline import cubic_weights
 from shapemorph.kernels.locate import find, holds, weights
 from shapemorph.kernels.pyramid import index_inside
 
-SAMPLES = 4.0  # texels along a pixel, at most; beyond it a reduced level is read
-MOST_SAMPLES = 8
+SAMPLES = 4.0  # texels along a pixel, at most; beyond it a reduced level is read ...
+SHARPEST = 2.0  # ... unless fewer than half as many were left across a narrow one
+MOST_SAMPLES = 32
+NARROW = 1.15  # sides of a pixel, in texels, that differ more are sampled along and across
 SHARP = 0.01  # variance, texels^2 / 12, that is not worth a second sample
 SURELY_INSIDE = 1e-9  # weight of a corner that round-off cannot turn negative
 
@@ -48,10 +50,33 @@ def _interpolate(
 
 @njit(cache=True, inline="always")
 def _choose_level(along_x: float, along_y: float, base: int, levels: int) -> int:
-    """Level at which a pixel of this many texels needs few samples."""
-    excess = max(np.sqrt(along_x * along_y) / SAMPLES, max(along_x, along_y) / MOST_SAMPLES)
+    """Level at which a pixel of this many texels needs few samples and stays sharp."""
+    few = np.sqrt(along_x * along_y) / SAMPLES
+    sharp = min(along_x, along_y) / SHARPEST
+    excess = max(min(few, sharp), max(along_x, along_y) / MOST_SAMPLES)
     level = int(np.ceil(np.log2(excess) - 1e-3)) if excess > 1.0 else 0
     return min(max(level, base), base + levels - 1)
+
+
+@njit(cache=True, inline="always")
+def _principal_turn(ux: float, uy: float, vx: float, vy: float) -> tuple[float, float]:
+    """Cosine and sine of the turn of a pixel that lays its sides along and across.
+
+    A pixel that shows a long narrow piece of the texture keeps its width and sharpness
+    only if it is sampled along that piece; a turned square has the same variance. One
+    that shows about a square is left as it is.
+
+    Parameters
+    ----------
+    ux, uy, vx, vy : float
+        Texels along u and v of a step of one pixel along x, along y.
+    """
+    xx, yy, xy = ux * ux + vx * vx, uy * uy + vy * vy, ux * uy + vx * vy
+    half, mean = np.hypot(0.5 * (xx - yy), xy), 0.5 * (xx + yy)
+    if mean + half <= NARROW * NARROW * (mean - half):
+        return 1.0, 0.0
+    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+    return np.cos(angle), np.sin(angle)
 
 
 @njit(cache=True, inline="always")
@@ -70,10 +95,9 @@ def _spread_samples(texels: float) -> tuple[int, float]:
 
 
 @njit(cache=True, inline="always")
-def _texels_along(gradient: Floats, x: float, y: float) -> float:
-    along_u = gradient[0, 0] * x + gradient[0, 1] * y
-    along_v = gradient[1, 0] * x + gradient[1, 1] * y
-    return float(np.hypot(along_u, along_v))
+def _texels_along(gradient: Floats, x: float, y: float) -> tuple[float, float]:
+    """Texels along u and v of a step of (x, y) px."""
+    return gradient[0, 0] * x + gradient[0, 1] * y, gradient[1, 0] * x + gradient[1, 1] * y
 
 
 @njit(cache=True, inline="always")
@@ -110,21 +134,26 @@ def _mean_grey(
     """Mean grey over one parallelogram whose centre lies in a known triangle."""
     textured = len(texels) > 0
     levels = len(table) // max(len(repeats), 1)
-    along_x = _texels_along(gradients[centre], frame[0, 0], frame[1, 0])
-    along_y = _texels_along(gradients[centre], frame[0, 1], frame[1, 1])
+    ux, vx = _texels_along(gradients[centre], frame[0, 0], frame[1, 0])
+    uy, vy = _texels_along(gradients[centre], frame[0, 1], frame[1, 1])
+    cos, sin = _principal_turn(ux, uy, vx, vy)
+    along_x = np.hypot(ux * cos + uy * sin, vx * cos + vy * sin)
+    along_y = np.hypot(uy * cos - ux * sin, vy * cos - vx * sin)
+    side_x = frame[0, 0] * cos + frame[0, 1] * sin, frame[1, 0] * cos + frame[1, 1] * sin
+    side_y = frame[0, 1] * cos - frame[0, 0] * sin, frame[1, 1] * cos - frame[1, 0] * sin
     level = _choose_level(along_x, along_y, base, levels) if textured else 0
     shrink = 2.0**-level
     across, step_x = _spread_samples(along_x * shrink)
     down, step_y = _spread_samples(along_y * shrink)
     second_0, third_0 = weights(px, faces, centre, centre_x, centre_y)
-    second_s, third_s = _weight_slopes(px, faces, centre, frame[0, 0], frame[1, 0])
-    second_t, third_t = _weight_slopes(px, faces, centre, frame[0, 1], frame[1, 1])
+    second_s, third_s = _weight_slopes(px, faces, centre, side_x[0], side_x[1])
+    second_t, third_t = _weight_slopes(px, faces, centre, side_y[0], side_y[1])
     total, count, last = 0.0, 0, -1
     for j in range(down):
         for i in range(across):
             s, t = (i - 0.5 * (across - 1)) * step_x, (j - 0.5 * (down - 1)) * step_y
-            x = centre_x + frame[0, 0] * s + frame[0, 1] * t
-            y = centre_y + frame[1, 0] * s + frame[1, 1] * t
+            x = centre_x + side_x[0] * s + side_y[0] * t
+            y = centre_y + side_x[1] * s + side_y[1] * t
             under = centre
             second = second_0 + second_s * s + second_t * t
             third = third_0 + third_s * s + third_t * t
@@ -296,8 +325,10 @@ def _mean_of_picture(
     centre_x: float, centre_y: float, frame: Floats, texels: Greys, table: Ints
 ) -> float:
     """Mean grey of a picture over one parallelogram."""
-    along_x = np.hypot(frame[0, 0], frame[1, 0])
-    along_y = np.hypot(frame[0, 1], frame[1, 1])
+    cos, sin = _principal_turn(frame[0, 0], frame[0, 1], frame[1, 0], frame[1, 1])
+    side_x = frame[0, 0] * cos + frame[0, 1] * sin, frame[1, 0] * cos + frame[1, 1] * sin
+    side_y = frame[0, 1] * cos - frame[0, 0] * sin, frame[1, 1] * cos - frame[1, 0] * sin
+    along_x, along_y = np.hypot(side_x[0], side_x[1]), np.hypot(side_y[0], side_y[1])
     level = _choose_level(along_x, along_y, 0, len(table))
     shrink = 2.0**-level
     across, step_x = _spread_samples(along_x * shrink)
@@ -306,8 +337,8 @@ def _mean_of_picture(
     for j in range(down):
         for i in range(across):
             s, t = (i - 0.5 * (across - 1)) * step_x, (j - 0.5 * (down - 1)) * step_y
-            x = centre_x + frame[0, 0] * s + frame[0, 1] * t
-            y = centre_y + frame[1, 0] * s + frame[1, 1] * t
+            x = centre_x + side_x[0] * s + side_y[0] * t
+            y = centre_y + side_x[1] * s + side_y[1] * t
             total += _interpolate(
                 texels,
                 table[level, 0],

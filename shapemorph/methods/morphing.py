@@ -12,6 +12,9 @@ from shapemorph.methods.shading import prepare_shader, stack_pictures
 from shapemorph.methods.warping import warp_points
 
 LEVELS = 5
+SAMPLED = 4000  # pixels that are asked how far the warp narrows them
+NARROW_PLACES = 5.0  # percentile of their widths that textures are kept sharp for
+LEAST_WIDTH = 1e-3  # px
 
 
 def morph_surface(
@@ -37,7 +40,7 @@ def morph_surface(
     GreyImage
         The mask holds the pixels whose centre meets the deformed surface.
     """
-    shader = prepare_shader(mesh, image.chart)
+    shader = prepare_shader(mesh, image.chart, narrowest=_narrowest(image, warp, shape))
     grey = np.zeros(shape[0] * shape[1], np.float32)
     mask = np.zeros(shape[0] * shape[1], dtype=bool)
     for start in range(0, len(grey), POINTS_AT_ONCE):
@@ -84,6 +87,22 @@ def morph_image(image: GreyImage, warp: Warp, shape: tuple[int, int]) -> GreyIma
         grey[start + inside] = found[inside]
     mask = mask.reshape(shape)
     return GreyImage(continue_outside(grey.reshape(shape), mask), mask)
+
+
+def _narrowest(image: CalibratedImage, warp: Warp, shape: tuple[int, int]) -> float:
+    """Width of a pixel of the reference in the deformed picture, px, where it is narrow."""
+    step = max(1, round(np.sqrt(shape[0] * shape[1] / SAMPLED)))
+    cols, rows = np.meshgrid(np.arange(0, shape[1], step), np.arange(0, shape[0], step))
+    points = np.stack([cols.ravel(), rows.ravel()], axis=1).astype(np.float64)
+    targets, gradient = warp_points(warp, points)
+    places = np.rint(np.where(np.isfinite(targets), targets, -1.0)).astype(np.int64)
+    height, width = image.image.shape
+    near = np.flatnonzero(((places >= 0) & (places < (width, height))).all(axis=1))
+    near = near[image.image.mask[places[near, 1], places[near, 0]]]
+    if len(near) == 0:
+        return 1.0
+    widths = np.linalg.svd(gradient[near], compute_uv=False)[:, 1]
+    return float(max(np.percentile(widths, NARROW_PLACES), LEAST_WIDTH))
 
 
 def _pixel_centres(some: slice, width: int) -> Floats:

@@ -99,7 +99,11 @@ class Shader:
 
 
 def prepare_shader(
-    mesh: TexturedMesh, chart: Chart, *, texels_per_px: float = kernel.SAMPLES
+    mesh: TexturedMesh,
+    chart: Chart,
+    *,
+    texels_per_px: float = kernel.SAMPLES,
+    narrowest: float = 1.0,
 ) -> Shader:
     """Gather what reading grey on a chart needs.
 
@@ -113,6 +117,8 @@ def prepare_shader(
         Of that mesh.
     texels_per_px : float
         Textures are reduced while 95 % of the chart keeps half as many as this.
+    narrowest : float
+        Width of the narrowest footprints that will be asked for, px.
     """
     values, gradients = texel_map(mesh, chart)
     if not mesh.has_texture:
@@ -120,7 +126,8 @@ def prepare_shader(
         stack = TextureStack(np.zeros(0, np.float32), none, 0, np.zeros(0, np.int64))
         textures = np.zeros(len(chart.faces), dtype=np.int64)
         return Shader(index_chart(chart), values, gradients, textures, stack)
-    base = _reductions(chart, gradients, texels_per_px)
+    wanted = max(texels_per_px, kernel.SHARPEST / narrowest)
+    base = _reductions(chart, gradients, wanted)
     textures = np.ascontiguousarray(mesh.face_texture[chart.face_ids])
     return Shader(index_chart(chart), values, gradients, textures, stack_textures(mesh, base))
 

@@ -62,6 +62,26 @@ def test_resampling_averages_over_the_footprint():
         assert np.abs(resample(points, frames, texels, table) - 0.5).max() < 0.06
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.4, 0.8, 2.0])
+def test_a_long_narrow_footprint_keeps_what_lies_across_it(turn):
+    along = np.array([np.cos(0.5), np.sin(0.5)])
+    across = np.array([-along[1], along[0]])
+    rows, cols = np.mgrid[0:160, 0:160]
+    wave = 2 * np.pi / 7.2  # a period is six footprints of 1.2 px wide
+    picture = 0.5 + 0.4 * np.cos(wave * (cols * across[0] + rows * across[1]))
+    levels = [picture.astype(np.float32)]
+    for _ in range(4):
+        levels.append(reduce_by_two(levels[-1]))
+    texels, table = _table(*(to_coefficients(level, 0) for level in levels))
+    points = np.random.default_rng(5).uniform(30, 130, (300, 2))
+    cos, sin = np.cos(turn), np.sin(turn)
+    frame = np.stack([9.6 * along, 1.2 * across], axis=1) @ [[cos, -sin], [sin, cos]]
+    frames = np.broadcast_to(frame, (300, 2, 2)).copy()
+    shown = np.cos(wave * points @ across)
+    kept = (resample(points, frames, texels, table) - 0.5) @ shown / (0.4 * shown @ shown)
+    assert 0.95 < kept < 1.0  # exp(-(2 pi / 6)^2 / 24) for a box, 1 for a point
+
+
 def test_beyond_the_picture_there_is_no_value():
     texels, table = _table(to_coefficients(np.ones((8, 10), np.float32), 0))
     points = np.array([[-0.51, 3.0], [9.51, 3.0], [3.0, 7.51], [np.nan, 1.0], [9.5, 7.5]])

@@ -80,6 +80,27 @@ def test_a_shrinking_warp_averages_what_it_gathers(surface):
     assert np.abs(morphed.grey[morphed.mask] - 0.5).max() < 0.1
 
 
+def test_a_narrowing_warp_reads_the_texture_as_finely_as_it_is(surface):
+    mesh, image = surface
+    _rows, cols = np.mgrid[0:720, 0:960]
+    stripes = 0.5 + 0.4 * np.sin(2 * np.pi * (cols + 0.5) / 16)  # 2 px wide: 8 texels a px
+    fine = textured_mesh(
+        mesh.vertices,
+        mesh.faces,
+        mesh.wedge_uv,
+        mesh.face_texture,
+        (stripes.astype(np.float32),),
+        name="fine",
+    )
+    narrow = affine(np.diag([0.2, 0.9]), [20, 10], 200)
+    morphed = morph_surface(fine, image, narrow, (80, 120))
+    x = 20 + 0.2 * np.arange(10, 110)
+    expected = 0.5 + 0.4 * np.sin(2 * np.pi * (x - 4) / 2)
+    shown = morphed.grey[10:70, 10:110]
+    kept = (shown - 0.5) @ (expected - 0.5) / np.sum((expected - 0.5) ** 2)
+    np.testing.assert_allclose(kept, np.exp(-((2 * np.pi / 10) ** 2) / 24), atol=0.01)
+
+
 def test_a_picture_is_read_where_the_warp_points_without_bias():
     rows, cols = np.mgrid[0:120, 0:150]
     mask = np.ones((120, 150), dtype=bool)
