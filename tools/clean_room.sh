@@ -34,15 +34,15 @@ make_base() {
 }
 
 make_root() {
-    rm -rf --one-file-system "$room/root"
-    cp -a "$room/base" "$room/root"
-    cp -L /etc/resolv.conf "$room/root/etc/resolv.conf"
+    rm -rf --one-file-system "$room/system"
+    cp -a "$room/base" "$room/system"
+    cp -L /etc/resolv.conf "$room/system/etc/resolv.conf"
     for item in ${COPY:-}; do
-        mkdir -p "$room/root$(dirname "$item")"
-        cp -aL "$item" "$room/root$(dirname "$item")/"
+        mkdir -p "$room/system$(dirname "$item")"
+        cp -aL "$item" "$room/system$(dirname "$item")/"
     done
-    mkdir "$room/root/shapemorph"
-    git -C "$tree" archive HEAD | tar -x -C "$room/root/shapemorph"
+    mkdir "$room/system/shapemorph"
+    git -C "$tree" archive HEAD | tar -x -C "$room/system/shapemorph"
 }
 
 # /proc is mounted in a mount namespace of its own, so nothing stays mounted afterwards.
@@ -57,7 +57,7 @@ enter() {
         root=$1 command=$2
         shift 2
         exec env -i "$@" chroot "$root" sh -c "cd /shapemorph && $command"
-    ' enter "$room/root" "$command" "$@"
+    ' enter "$room/system" "$command" "$@"
 }
 
 make_base
