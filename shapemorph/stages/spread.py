@@ -88,17 +88,17 @@ def differ(name: str, main: FullResult, other: FullResult) -> Variant:
     name : str
         What was changed.
     main, other : FullResult
-        The points of `main` are judged; `other` is interpolated to them.
+        The points of `main` are judged. Both are fitted about them in the same way: what a fit
+        misses of the surface and of its noise is common to both and no difference.
     """
     ok = [np.isfinite(each.field.e1) & (each.tracked.status == PointStatus.OK)
           for each in (main, other)]  # fmt: skip
-    found = carried_over(
-        main.tracked.reference[ok[0]],
-        main.tracked.reference_normal[ok[0]],
-        other.tracked.reference[ok[1]],
-        _columns(other)[ok[1]],
-    )
-    off = found - _columns(main)[ok[0]]
+    places = main.tracked.reference[ok[0]], main.tracked.reference_normal[ok[0]]
+    fits = [
+        carried_over(*places, each.tracked.reference[good], _columns(each)[good])
+        for each, good in zip((main, other), ok, strict=True)
+    ]
+    off = fits[1] - fits[0]
     off = off[np.isfinite(off).all(axis=1)]
     distance = np.linalg.norm(off[:, :3], axis=1)
     variant = Variant(
