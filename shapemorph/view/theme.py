@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shapemorph.methods.png_encoding import png_bytes
 from shapemorph.view.style import DPI, FAINT, INK
 from shapemorph.view.window import Pixels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_QUICK, _SMALL = 1, 6  # levels of zlib: the second takes three times as long
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,16 +54,12 @@ def drawn(figure: "Figure", theme: Theme) -> Pixels:
 
 def png(pixels: Pixels, theme: Theme) -> bytes:
     """Content of the PNG file of a figure that was drawn."""
-    dpi = DPI * theme.pixel_ratio
-    return _small_png(pixels, dpi) if theme.is_small else png_bytes(pixels, per_inch=dpi)
-
-
-def _small_png(pixels: Pixels, dpi: int) -> bytes:
-    """Content of a PNG file with filtered rows."""
     from PIL import Image
 
+    dpi = DPI * theme.pixel_ratio
     buffer = io.BytesIO()
-    Image.fromarray(pixels).save(buffer, "PNG", dpi=(dpi, dpi))
+    level = _SMALL if theme.is_small else _QUICK
+    Image.fromarray(pixels).save(buffer, "PNG", dpi=(dpi, dpi), compress_level=level)
     return buffer.getvalue()
 
 
