@@ -106,10 +106,6 @@ class Camera:
         seen: Floats = own @ self.pose.rotation
         return seen
 
-    def ideal_pixels(self, pixels: Floats) -> Floats:
-        """Where the pixels (..., 2) would lie if the lens did not distort, px."""
-        return self.pixels_of(self.normalised(pixels))
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rig:
