@@ -124,3 +124,21 @@ def test_through_the_identity_a_picture_stays_what_it_was():
     morphed = morph_image(picture, affine(np.eye(2), [0, 0], 100), grey.shape)
     assert morphed.mask.all()
     np.testing.assert_allclose(morphed.grey, grey, atol=2e-6)
+
+
+def test_a_warp_that_narrows_one_strip_alone_keeps_that_strip_sharp(surface):
+    mesh, image = surface
+    _rows, cols = np.mgrid[0:720, 0:960]
+    stripes = (0.5 + 0.4 * np.sin(2 * np.pi * (cols + 0.5) / 8)).astype(np.float32)
+    fine = textured_mesh(
+        mesh.vertices, mesh.faces, mesh.wedge_uv, mesh.face_texture, (stripes,), name="fine"
+    )
+    plain = affine(np.eye(2), [0, 0], 200, spacing=8.0)
+    x = plain.coefficients[..., 0]
+    bent = np.where(x < 24, 20 + 0.2 * x, 20 + 0.2 * 24 + 0.9 * (x - 24))  # narrow on the left
+    warp = Warp(np.stack([bent, plain.coefficients[..., 1]], axis=-1), plain.origin, 8.0)
+    morphed = morph_surface(fine, image, warp, (80, 100))
+    x = 20 + 0.2 * np.arange(4, 16)
+    wave_there = np.sin(2 * np.pi * (x - 4))  # 5 pixels each
+    kept = (morphed.grey[10:70, 4:16] - 0.5) @ wave_there / np.sum(0.4 * wave_there**2)
+    assert np.sinc(1 / 5) - 0.01 < kept.mean() < 1  # what a box as wide as the pixel keeps, or more
