@@ -4,7 +4,9 @@
 - VIC-3D, which DICe reads as cal.xml: ``<camera>`` cx cy fx fy skew k1 k2 k3 ``<orientation>``
   alpha beta gamma tx ty tz: x_camera = Rz(gamma) Ry(beta) Rx(alpha) x_world + t, degrees, mm.
 - MatchID .caldat: Theta, Phi, Psi in degrees, R = Rz(Psi) Ry(Phi) Rx(Theta).
-- OpenCorr .csv: three columns; rotation as a vector (axis times angle), radians.
+- OpenCorr .csv: a line of titles, then thirteen lines of the lens and six of the place, in this
+  order, each with a name, the left and the right value; rotation as a vector (axis times angle),
+  radians.
 """
 
 import csv
@@ -240,13 +242,21 @@ def opencorr_text(rig: Rig) -> str:
 
 
 def parse_opencorr(text: str, size: tuple[int, int]) -> Rig:
-    """Read a calibration of OpenCorr."""
-    rows = [row for row in csv.reader(io.StringIO(text)) if len(row) >= 3][1:]
-    left, right = ({row[0].strip(): float(row[k]) for row in rows} for k in (1, 2))
-    missing = [name for name in ("Fx", "Fy", "Cx", "Cy", *_PLACE) if name not in right]
-    if missing:
-        raise DataError(f"expected lines name,left,right, {missing[0]} is missing")
-    if any(column.get(name) for column in (left, right) for name in ("K4", "K5", "K6")):
+    """Read a calibration of OpenCorr, which goes by the order of the lines, not by their names."""
+    rows = [row for row in csv.reader(io.StringIO(text)) if any(word.strip() for word in row)][1:]
+    names = (*_OPENCORR, *_PLACE)
+    for name, row in zip(names, rows, strict=False):
+        if len(row) < 3:
+            raise DataError(f"expected {name} as name,left,right, got {','.join(row)!r}")
+    if len(rows) < len(names):
+        raise DataError(
+            f"expected a line of titles and {len(names)} lines name,left,right, "
+            f"got {len(rows)} of them, {names[len(rows)]} is missing"
+        )
+    left, right = (
+        {name: float(row[k]) for name, row in zip(names, rows, strict=False)} for k in (1, 2)
+    )
+    if any(column[name] for column in (left, right) for name in ("K4", "K5", "K6")):
         raise DataError("expected distortion k1, k2, k3, got further terms")
     poses = [_opencorr_pose(column) for column in (left, right)]
     cameras = [
@@ -265,7 +275,7 @@ def _opencorr_pose(column: dict[str, float]) -> RigidTransform:
 
 def _opencorr_camera(column: dict[str, float], size: tuple[int, int]) -> Camera:
     def numbers(*names: str) -> Floats:
-        return np.array([column.get(name, 0.0) for name in names])
+        return np.array([column[name] for name in names])
 
     return Camera(
         size,
@@ -273,5 +283,5 @@ def _opencorr_camera(column: dict[str, float], size: tuple[int, int]) -> Camera:
         numbers("Cx", "Cy"),
         numbers("K1", "K2", "K3"),
         numbers("P1", "P2"),
-        column.get("Fs", 0.0),
+        column["Fs"],
     )

@@ -92,6 +92,65 @@ def test_the_convention_of_vic3d_is_that_of_its_own_points(shared_data):
     assert rig.baseline(0, 1) == pytest.approx(131.874, abs=1e-3)
 
 
+def lines_of_matchid(separator):
+    """Lay out as such programs do, some with a blank after the semicolon, no line end."""
+    lens = ["Fx [pixels]", "Fy [pixels]", "Fs [pixels]", "Kappa 1", "Kappa 2", "Kappa 3"]
+    lens += ["P1", "P2", "Cx [pixels]", "Cy [pixels]"]
+    values = ([2900.0, 2901.0, 0, -0.2, 0.1, 0, 1e-4, -2e-4, 640, 400], [2950, 2951] + [0] * 8)
+    lines = [
+        f"Cam{number}_{name}{separator}{value}"
+        for number, own in enumerate(values)
+        for name, value in zip(lens, own, strict=True)
+    ]
+    turn = Rotation.from_euler("y", 15.0, degrees=True).as_matrix()
+    shift = -turn @ np.array([187.0, 0.0, 0.0])  # the second camera stands 187 mm to the right
+    place = [("Tx [mm]", shift[0]), ("Ty [mm]", shift[1]), ("Tz [mm]", shift[2])]
+    place += [("Theta [deg]", 0.0), ("Phi [deg]", 15.0), ("Psi [deg]", 0.0)]
+    return lines + [f"{name}{separator}{value}" for name, value in place]
+
+
+@pytest.mark.parametrize("separator", [";", "; "])
+def test_a_camera_of_matchid_beside_the_first_one_looks_back_at_what_it_sees(tmp_path, separator):
+    """Its centre lies on the x axis of the first camera, and its own axis crosses that one's."""
+    path = tmp_path / "stereo.caldat"
+    path.write_text("\n".join(lines_of_matchid(separator)))
+    rig = read_rig(path, SIZE)
+    motion = rig.between(0, 1)
+    np.testing.assert_allclose(-motion.rotation.T @ motion.translation, [187.0, 0, 0], atol=1e-9)
+    looks = motion.rotation[2]
+    np.testing.assert_allclose(looks, [-np.sin(np.pi / 12), 0, np.cos(np.pi / 12)], atol=1e-12)
+    np.testing.assert_allclose(rig.cameras[0].centre, [640, 400])
+    np.testing.assert_allclose(rig.cameras[0].tangential, [1e-4, -2e-4])
+    np.testing.assert_allclose(rig.cameras[1].focal, [2950, 2951])
+
+
+def test_angles_of_matchid_turn_about_x_then_y_then_z(tmp_path):
+    lines = [*lines_of_matchid(";")[:-3], "Theta [deg];10", "Phi [deg];20", "Psi [deg];30"]
+    (tmp_path / "a.caldat").write_text("\n".join(lines))
+    (cx, cy, cz), (sx, sy, sz) = np.cos(np.deg2rad([10, 20, 30])), np.sin(np.deg2rad([10, 20, 30]))
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    found = read_rig(tmp_path / "a.caldat", SIZE).between(0, 1).rotation
+    np.testing.assert_allclose(found, about_z @ about_y @ about_x, atol=1e-12)
+
+
+def test_opencorr_goes_by_the_order_of_lines_not_by_their_names(tmp_path):
+    rows = ["name,view 1,view 2", "focal x,2900,2950", "focal y,2901,2951", "skew,0.5,0"]
+    rows += ["centre x,640,630", "centre y,400,390", *(f"radial {k},0,0" for k in range(6))]
+    rows += ["p one,1e-4,0", "p two,-2e-4,0", "x,0,-187", "y,0,2", "z,0,30"]
+    rows += ["angle,0,0.1", "angle,0,-0.2", "angle,0,0.3"]
+    (tmp_path / "a.csv").write_text("\n".join(rows) + "\n")
+    rig = read_rig(tmp_path / "a.csv", SIZE)
+    np.testing.assert_allclose(rig.cameras[0].tangential, [1e-4, -2e-4])
+    assert rig.cameras[0].skew == 0.5
+    np.testing.assert_allclose(rig.cameras[1].centre, [630, 390])
+    motion = rig.between(0, 1)
+    np.testing.assert_allclose(motion.translation, [-187, 2, 30])
+    expected = cv2.Rodrigues(np.array([0.1, -0.2, 0.3]))[0]
+    np.testing.assert_allclose(motion.rotation, expected, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
@@ -102,6 +161,7 @@ def test_the_convention_of_vic3d_is_that_of_its_own_points(shared_data):
         ("a.xml", "nothing", "is not XML"),
         ("a.caldat", "Cam0_Fx;1\n", "Cam0_Fx and Cam1_Fx"),
         ("a.csv", "x,left,right\nFx,1,2\n", "Fy is missing"),
+        ("a.csv", "x,left,right\nFx,1\n", "expected Fx as name,left,right"),
         ("a.mat", "", "ends in .json, .yml"),
     ],
 )
