@@ -21,8 +21,8 @@ from shapemorph.methods.cameras.boards import (
 )
 from shapemorph.methods.cameras.bundle import free_lens
 from shapemorph.methods.cameras.calibration import calibrate_rig
+from shapemorph.methods.cameras.dot_names import Anchor, identify
 from shapemorph.methods.cameras.dots import find_dots
-from shapemorph.methods.cameras.lattice import Anchor, identify
 
 _AS_ROUND = 2 / np.sqrt(3)  # diameter of a disc with the second moments of a unit square
 

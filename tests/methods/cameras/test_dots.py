@@ -6,8 +6,8 @@ from shapemorph.core.camera import Camera
 from shapemorph.core.errors import DataError
 from shapemorph.core.transform import RigidTransform
 from shapemorph.methods.cameras.dot_bias import middle_of_dots
+from shapemorph.methods.cameras.dot_names import Anchor, identify
 from shapemorph.methods.cameras.dots import find_dots
-from shapemorph.methods.cameras.lattice import Anchor, identify
 
 RADIUS, SPACING, HEIGHT = 40.0, 9.0, 12
 COLUMNS = np.arange(16)
