@@ -1,6 +1,7 @@
 """The page that a run ends with: one file that opens anywhere, offline."""
 
 import base64
+import io
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -170,19 +171,26 @@ def _groups(figures: Iterable[Path]) -> list[dict[str, Any]]:
         {
             "title": title,
             "anchor": _ANCHOR.sub("-", title.lower()).strip("-"),
-            "figures": [
-                {"name": path.stem, "source": _data_uri(path), "text": caption.text}
-                for caption, path in members
-            ],
+            "figures": _to_one_scale([_figure(caption.text, path) for caption, path in members]),
         }
         for title, members in groupby(shown, key=lambda pair: pair[0].group)
     ]
 
 
-def _data_uri(path: Path) -> str:
-    """Contents of a PNG file as an address."""
+def _figure(text: str, path: Path) -> dict[str, Any]:
+    """Name, caption, width in px, and the contents of a PNG file as an address."""
+    from PIL import Image
+
     try:
         data = path.read_bytes()
     except OSError as error:
         raise DataError(f"expected a figure at {path}, got {error.strerror}") from error
-    return "data:image/png;base64," + base64.b64encode(data).decode("ascii")
+    source = "data:image/png;base64," + base64.b64encode(data).decode("ascii")
+    with Image.open(io.BytesIO(data)) as picture:
+        return {"name": path.stem, "text": text, "source": source, "width": picture.width}
+
+
+def _to_one_scale(figures: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Give each figure of a group the share of the page that shows all at one scale."""
+    widest = max(figure["width"] for figure in figures)
+    return [{**figure, "share": round(figure["width"] / widest, 4)} for figure in figures]

@@ -73,6 +73,18 @@ def test_figures_stand_in_the_order_of_the_report_with_their_captions(page):
     ]
 
 
+def test_figures_of_a_group_are_shown_at_one_scale(tmp_path):
+    figures = []
+    for name, width in (("E1", 200), ("E2", 150), ("matches", 400)):
+        figures.append(tmp_path / f"{name}.png")
+        Image.fromarray(np.zeros((30, width, 3), dtype=np.uint8)).save(figures[-1])
+    write_report(Contents({}, figures), tmp_path / "report.html")
+    parsed = _Page()
+    parsed.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    shares = [image["style"] for image in parsed.images]
+    assert shares == ["--share: 1.0", "--share: 0.75", "--share: 1.0"]
+
+
 def test_verdict_and_scorecard_stand_before_the_figures(page):
     text = page.read_text(encoding="utf-8")
     assert text.index(">WARN<") < text.index("<img")
