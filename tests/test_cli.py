@@ -10,8 +10,7 @@ import time
 import pytest
 
 import shapemorph
-from shapemorph.cli.app import app
-from shapemorph.cli.main import main
+from shapemorph.cli.main import app, main
 from shapemorph.config import RunConfig
 from shapemorph.core.errors import DataError, StageError
 from shapemorph.io.config_files import read_config

@@ -5,7 +5,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from shapemorph.cli.app import NO_SETTINGS, SAY, app
+from shapemorph.cli.app import NO_SETTINGS, SAY
+from shapemorph.cli.around import app
 from shapemorph.cli.console import configure_log, show, show_json, watching
 from shapemorph.cli.options import Output, Say, Settings
 from shapemorph.cli.runs import pair_config, print_result

@@ -15,7 +15,7 @@ from shapemorph.pipeline.calibration_summary import calibration_figures, write_r
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.planar import PictureOutcome
 from shapemorph.pipeline.run import Listener
-from shapemorph.pipeline.summary import run_figures
+from shapemorph.pipeline.run_facts import run_figures
 from shapemorph.stages.calibrate import Finder, calibrate, find_target, make_finder
 
 CALIBRATION_FILE = "calibration.json"

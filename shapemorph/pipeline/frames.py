@@ -17,7 +17,7 @@ from shapemorph.pipeline.pictures import in_one_channel, limited, with_sizes
 from shapemorph.pipeline.planar import PictureOutcome
 from shapemorph.pipeline.planar_outputs import PlanarField, write_field, write_field_summary
 from shapemorph.pipeline.run import Listener
-from shapemorph.pipeline.summary import run_figures
+from shapemorph.pipeline.run_facts import run_figures
 from shapemorph.pipeline.tracking import Followed, Tracker
 from shapemorph.pipeline.verdict import FAIL, WARN
 

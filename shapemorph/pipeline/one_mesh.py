@@ -15,7 +15,8 @@ from shapemorph.io.codec import take_apart
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
 from shapemorph.pipeline.planar import PictureOutcome
 from shapemorph.pipeline.run import Event, Listener
-from shapemorph.pipeline.summary import flattening_figures, run_figures
+from shapemorph.pipeline.run_facts import run_figures
+from shapemorph.pipeline.summary import flattening_figures
 
 QUANTILES = (("p1", 0.01), ("p5", 0.05), ("median", 0.5), ("p95", 0.95), ("p99", 0.99))
 

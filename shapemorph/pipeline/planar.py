@@ -22,8 +22,9 @@ from shapemorph.pipeline.picture_match import (
 from shapemorph.pipeline.pictures import read_picture_pair
 from shapemorph.pipeline.planar_outputs import PlanarField, write_field, write_field_summary
 from shapemorph.pipeline.run import Listener
+from shapemorph.pipeline.run_facts import run_figures
 from shapemorph.pipeline.sequence import MorphSequence, make_sequence, write_sequence
-from shapemorph.pipeline.summary import matching_figures, run_figures
+from shapemorph.pipeline.summary import matching_figures
 from shapemorph.pipeline.unmatched import showing_failed_match
 
 

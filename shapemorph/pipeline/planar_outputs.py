@@ -12,13 +12,8 @@ from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Matches
 from shapemorph.core.planar import PlanarStrain
 from shapemorph.io.safe_files import write_json
-from shapemorph.pipeline.summary import (
-    correlation_figures,
-    matching_figures,
-    point_figures,
-    run_figures,
-    spread,
-)
+from shapemorph.pipeline.run_facts import run_figures
+from shapemorph.pipeline.summary import correlation_figures, matching_figures, point_figures, spread
 from shapemorph.pipeline.verdict import judge
 
 

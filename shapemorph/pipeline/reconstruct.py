@@ -20,7 +20,8 @@ from shapemorph.pipeline.picture_match import follow_pictures, picture_law_input
 from shapemorph.pipeline.pictures import read_picture_pair
 from shapemorph.pipeline.planar import PictureOutcome
 from shapemorph.pipeline.run import Listener
-from shapemorph.pipeline.summary import point_figures, run_figures, spread
+from shapemorph.pipeline.run_facts import run_figures
+from shapemorph.pipeline.summary import point_figures, spread
 from shapemorph.pipeline.unmatched import showing_failed_match
 from shapemorph.pipeline.verdict import WARN
 from shapemorph.stages.reconstruct import reconstruct

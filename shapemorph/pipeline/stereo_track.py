@@ -21,10 +21,11 @@ from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.pictures import with_sizes
 from shapemorph.pipeline.planar import PictureOutcome
 from shapemorph.pipeline.run import Listener
+from shapemorph.pipeline.run_facts import run_figures
 from shapemorph.pipeline.stereo_inputs import StereoSequence, stereo_sequence
 from shapemorph.pipeline.stereo_methods import follow_by_morphing, follow_incrementally
 from shapemorph.pipeline.stereo_shapes import measure_shapes
-from shapemorph.pipeline.summary import correlation_figures, point_figures, run_figures, spread
+from shapemorph.pipeline.summary import correlation_figures, point_figures, spread
 from shapemorph.pipeline.verdict import judge
 
 log = logging.getLogger(__name__)

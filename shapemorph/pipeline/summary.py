@@ -1,39 +1,29 @@
 """The figures of a run: what `summary.json` holds and the command line prints."""
 
-import contextlib
-import platform
-import resource
-import sys
 from collections.abc import Mapping
 from dataclasses import asdict
-from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import shapemorph
 from shapemorph.config import CorrelateConfig, RunConfig
 from shapemorph.core.arrays import Codes, Floats
 from shapemorph.core.flattened import FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.inputreports import InputReports
-from shapemorph.core.laws import LawSpread, Variant
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.results import RunResults
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.core.surface import Alignment, StrainField
+from shapemorph.pipeline.run_facts import run_figures
+from shapemorph.pipeline.systematic_figures import systematic_figures
 from shapemorph.pipeline.verdict import judge
 
 if TYPE_CHECKING:
     from shapemorph.methods.subset_choice import SubsetChoice
 
-_PACKAGES = (
-    *("numpy", "scipy", "numba", "opencv-contrib-python-headless", "libigl", "trimesh"),
-    *("open3d", "pyvista", "vtk"),
-)
-_OTHER_DISTRIBUTIONS = {"open3d": ("open3d-cpu",)}
 _SPREADS = (
     *("E1", "E2", "hencky_1", "hencky_2", "area_ratio", "thickness_strain", "thinning"),
     *("sigma_E1", "sigma_E2", "sigma_thickness_strain"),
@@ -42,7 +32,6 @@ _DIRECTIONS = (
     "{:.1%} of the points have none: E1 - E2 is within 3 sigma there, noise drives the two "
     "values apart, and their sigmas hold for the tensor in fixed axes only"
 )
-_AFTER_THE_SUMMARY = ("write summary", "write report")
 
 
 def summarise(
@@ -73,21 +62,6 @@ def summarise(
         **run_figures(seconds),
     }
     return {"verdict": judge(sections), "scorecard": _scorecard(sections), **sections}
-
-
-def run_figures(seconds: Mapping[str, float]) -> dict[str, Any]:
-    """Give time, memory and versions.
-
-    Writing the summary and the report can only be timed once the summary is written: in a
-    first run they are missing, in a later one they are those of the last time. The total
-    leaves them out, so that it means the same in both.
-    """
-    timed = {name: value for name, value in seconds.items() if name not in _AFTER_THE_SUMMARY}
-    return {
-        "seconds": {**seconds, "total": sum(timed.values())},
-        "peak_memory_mb": peak_memory_mb(),
-        "versions": versions(),
-    }
 
 
 def spread(values: Floats) -> dict[str, float]:
@@ -135,52 +109,6 @@ def matching_figures(matches: Matches) -> dict[str, Any]:
         "doubt": matches.doubt,
         "manner": matches.manner or USUAL,
     }
-
-
-def systematic_figures(spread_of_laws: LawSpread | None) -> dict[str, Any]:
-    """Describe how far positions lie apart that were measured with several morph laws, mm."""
-    if spread_of_laws is None or not (
-        spread_of_laws.laws or spread_of_laws.failures or spread_of_laws.variants
-    ):
-        return {}
-    columns = zip(
-        spread_of_laws.laws,
-        spread_of_laws.off_px.tolist(),
-        spread_of_laws.compared.tolist(),
-        spread_of_laws.rms.tolist(),
-        spread_of_laws.p95.tolist(),
-        strict=True,
-    )
-    names = ("law_off_px", "points_compared", "position_rms_mm", "position_p95_mm")
-    laws = {law: dict(zip(names, figures, strict=True)) for law, *figures in columns}
-    return {
-        "systematic": {
-            "main_law": spread_of_laws.laws[0] if spread_of_laws.laws else None,
-            "position_rms_mm": _largest(
-                [*spread_of_laws.rms.tolist(), *(v.rms for v in spread_of_laws.variants)]
-            ),
-            "position_p95_mm": _largest(
-                [*spread_of_laws.p95.tolist(), *(v.p95 for v in spread_of_laws.variants)]
-            ),
-            "laws": laws,
-            "variants": {each.name: _variant_figures(each) for each in spread_of_laws.variants},
-            "failures": dict(spread_of_laws.failures),
-        }
-    }
-
-
-def _variant_figures(variant: Variant) -> dict[str, Any]:
-    return {
-        "points_compared": variant.compared,
-        "position_rms_mm": variant.rms,
-        "position_p95_mm": variant.p95,
-        "E1_rms": variant.e1_rms,
-        "E2_rms": variant.e2_rms,
-    }
-
-
-def _largest(values: list[float]) -> float:
-    return max(values, default=float("nan"))
 
 
 def correlation_figures(
@@ -261,27 +189,6 @@ def point_figures(status: Codes) -> dict[str, Any]:
     total = int((status != PointStatus.OUTSIDE_MASK).sum())
     ok = counts.get("OK", 0)
     return {"total": total, "ok": ok, "ok_share": ok / total if total else 0.0, "statuses": counts}
-
-
-def peak_memory_mb() -> float:
-    """Largest memory of this process so far, MB."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1e6 if sys.platform == "darwin" else 1e3)
-
-
-def versions() -> dict[str, str]:
-    """Name what made these numbers; nothing is imported, what is not installed is left out."""
-    found = {"shapemorph": shapemorph.__version__, "python": platform.python_version()}
-    found |= {name: version for name in _PACKAGES if (version := _version(name))}
-    return found
-
-
-def _version(package: str) -> str | None:
-    """Version of a package under any name that it is distributed by."""
-    for distribution in (package, *_OTHER_DISTRIBUTIONS.get(package, ())):
-        with contextlib.suppress(metadata.PackageNotFoundError):
-            return metadata.version(distribution)
-    return None
 
 
 def _point_area(grid: CorrelationGrid, surface: FlattenedSurface) -> Floats:

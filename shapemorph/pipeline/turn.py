@@ -24,7 +24,7 @@ from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.picture_match import follow_pictures, picture_law_inputs
 from shapemorph.pipeline.planar import PictureOutcome
 from shapemorph.pipeline.run import Listener
-from shapemorph.pipeline.summary import run_figures
+from shapemorph.pipeline.run_facts import run_figures
 from shapemorph.pipeline.verdict import WARN
 from shapemorph.stages.reconstruct import reconstruct
 

@@ -10,7 +10,7 @@ from shapemorph.core.laws import LawSpread, RadialProfile
 from shapemorph.methods.laws.identity import identity_warp
 from shapemorph.pipeline.law_inputs import law_files, law_fingerprint, read_law_inputs
 from shapemorph.pipeline.stagelist import STAGES
-from shapemorph.pipeline.summary import systematic_figures
+from shapemorph.pipeline.systematic_figures import systematic_figures
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import importlib.util
 import numpy as np
 import pytest
 
-from shapemorph.cli.app import app
+from shapemorph.cli.main import app
 from shapemorph.config import RunConfig
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.pipeline.stagelist import COMPUTED, SOURCES, STAGES, sample_at_grid, sections

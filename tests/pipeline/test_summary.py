@@ -1,10 +1,7 @@
 """Figures of a run, on a sheet whose areas are known, and the verdict on them."""
 
 import copy
-import subprocess
-import sys
 from dataclasses import replace
-from importlib import metadata
 
 import numpy as np
 import pytest
@@ -19,9 +16,7 @@ from shapemorph.core.surface import TrackedSurface
 from shapemorph.pipeline.summary import (
     measured_share,
     point_figures,
-    run_figures,
     spread,
-    versions,
 )
 from shapemorph.pipeline.verdict import judge
 
@@ -110,37 +105,6 @@ def test_percentiles_leave_out_what_is_missing():
     assert found["median"] == 2.0
     assert found["max"] == 3.0
     assert np.isnan(spread(np.array([np.nan]))["median"])
-
-
-def test_versions_name_what_draws_and_aligns_without_loading_it():
-    code = (
-        "import sys; from shapemorph.pipeline.summary import versions; print(*versions());"
-        "print(*{'open3d', 'pyvista', 'vtk', 'vtkmodules'} & set(sys.modules))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    named, loaded = done.stdout.split("\n")[:2]
-    assert {"numpy", "numba", "open3d", "pyvista", "vtk"} <= set(named.split())
-    assert loaded == ""
-
-
-def test_a_package_under_another_distribution_or_none_does_not_cost_the_summary(monkeypatch):
-    def version(name):
-        if name in ("open3d", "libigl"):
-            raise metadata.PackageNotFoundError(name)
-        return {"open3d-cpu": "0.99"}.get(name, "1.0")
-
-    monkeypatch.setattr(metadata, "version", version)
-    found = versions()
-    assert found["open3d"] == "0.99"
-    assert found["vtk"] == "1.0"
-    assert "libigl" not in found
-
-
-def test_the_total_means_the_same_before_and_after_the_summary_was_timed():
-    first = {"flatten": 2.0, "write figures": 3.0}
-    later = {**first, "write summary": 0.25, "write report": 0.5}
-    assert run_figures(first)["seconds"] == {**first, "total": 5.0}
-    assert run_figures(later)["seconds"] == {**later, "total": 5.0}
 
 
 EVEN = {"method": "bff", "flips": 0, "texels_per_px": 1, "anisotropy": {"p95": 1.1}}
