@@ -11,6 +11,7 @@ from shapemorph.core.measurement import Measurement
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.core.results import RunResults
 from shapemorph.core.surface import Alignment
+from shapemorph.methods.covered_faces import covered_faces
 from shapemorph.view.camera import View, outer_view, second_view
 from shapemorph.view.layout import Heading, views_figure
 from shapemorph.view.measures import Measure, measure_values, measures_in
@@ -36,18 +37,21 @@ class Shapes:
     measurement : Measurement
     vertices : (V, 3) float64
         Of the deformed mesh in the frame of the reference file, mm.
-    faces : (F, 3) int64
+    bare : (F, 3) int64
+        Its faces that nothing measured covers.
     """
 
     measurement: Measurement
     vertices: Floats
-    faces: Ints
+    bare: Ints
 
 
 def shapes_of(results: RunResults) -> Shapes:
     """Take from a measurement what the figures of its measures show."""
-    mesh = carried(results.deformed_mesh, results.alignment)
-    return Shapes(results.measurement, mesh.vertices, mesh.faces)
+    mesh, measured = carried(results.deformed_mesh, results.alignment), results.measurement
+    points = measured.reference + measured.arrays["displacement"]
+    covered = covered_faces(mesh.vertices, mesh.faces, points, measured.cells)
+    return Shapes(measured, mesh.vertices, mesh.faces[~covered])
 
 
 def carried(mesh: TexturedMesh, alignment: Alignment) -> TexturedMesh:
@@ -103,7 +107,7 @@ def shape_figures(shapes: Shapes, scene: Scene) -> Iterator[tuple[str, "Figure"]
     scene.clear("the measured field")
     used, cells = np.unique(measurement.cells, return_inverse=True)
     painter = scene.add_coloured(deformed[used], cells.reshape(-1, 4))
-    scene.add_bare(shapes.vertices, shapes.faces)
+    scene.add_bare(shapes.vertices, shapes.bare)
     views = (after, second_view(after, deformed[used], TILT))
     for measure in measures_in(measurement):
         values = measure_values(measurement, measure)[used]

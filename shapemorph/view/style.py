@@ -165,8 +165,19 @@ def place_pixels(
 
     Each pixel of it becomes one of the file, which has `ratio` for one of the layout.
     """
+    from matplotlib.artist import Artist
+
+    class Pasted(Artist):
+        """Pixels as they are; figimage would carry them through a map and a resampling."""
+
+        def draw(self, renderer: Any) -> None:
+            """Put them on the canvas."""
+            renderer.draw_image(renderer.new_gc(), ratio * left, low, opaque[::-1])
+
     down = round(figure.get_size_inches()[1] * DPI)
-    figure.figimage(pixels, xo=ratio * left, yo=ratio * (down - top) - pixels.shape[0])
+    low = ratio * (down - top) - pixels.shape[0]
+    opaque = np.dstack([pixels, np.full(pixels.shape[:2], 255, dtype=np.uint8)])
+    figure.add_artist(Pasted())
 
 
 def place_patch(figure: "Figure", box: tuple[float, float, float, float], colour: str) -> None:
