@@ -12,6 +12,7 @@ from shapemorph.core.matching import Warp
 from shapemorph.methods.grid_correlation import Limits
 from shapemorph.methods.morph_sequence import origins_of_points
 from shapemorph.methods.paper_dic import SearchSettings, peak_shifts
+from shapemorph.methods.sequence_turn import NO_TURN, Turn
 from shapemorph.methods.spline_pictures import prepare_reference
 from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import SubsetSettings, grid_points
@@ -90,7 +91,9 @@ def carry_by_search(pictures: Sequence[GreyImage], middle: Middle) -> Floats:
     return np.stack(ends, axis=1)
 
 
-def carry_by_warp(middle: Middle, warps: tuple[Warp, Warp], *, images: int) -> Floats:
+def carry_by_warp(
+    middle: Middle, warps: tuple[Warp, Warp], *, images: int, turn: Turn = NO_TURN
+) -> Floats:
     """Carry both sides outwards as the pictures themselves were moved, exactly, (P, 2, 2).
 
     Parameters
@@ -100,10 +103,12 @@ def carry_by_warp(middle: Middle, warps: tuple[Warp, Warp], *, images: int) -> F
         Forward and backward, of the whole way.
     images : int
         Synthetic pictures, N - 2.
+    turn : Turn
+        That the pictures were turned by on the whole way.
     """
     fraction = 0.5 if images else 0.0
-    first = origins_of_points(middle.early, warps[0], fraction)
-    last = origins_of_points(middle.late, warps[1], fraction)
+    first = origins_of_points(middle.early, warps[0], fraction, turn)
+    last = origins_of_points(middle.late, warps[1], fraction, turn.back)
     known = np.isfinite(first).all(axis=1) & np.isfinite(last).all(axis=1)
     return np.stack([first[known], last[known]], axis=1)
 

@@ -9,6 +9,7 @@ from shapemorph.core.arrays import Bools, Floats
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
 from shapemorph.kernels.bspline import sample
+from shapemorph.methods.sequence_turn import NO_TURN, Turn
 from shapemorph.methods.warping import warp_points
 
 _STEPS = 8
@@ -17,13 +18,21 @@ _STRIDE = 4
 
 
 def morph_sequence(
-    reference: GreyImage, deformed: GreyImage, forward: Warp, backward: Warp, *, images: int
+    reference: GreyImage,
+    deformed: GreyImage,
+    forward: Warp,
+    backward: Warp,
+    *,
+    images: int,
+    turn: Turn = NO_TURN,
 ) -> Iterator[GreyImage]:
     """Yield the synthetic pictures I_2 ... I_{N-1} of a morph of N pictures.
 
     I_i is the reference moved by (i-1)/(N-2) of the forward warp for i = 2 ... N/2, and the
     deformed picture moved by (N-i)/(N-2) of the backward warp for the others. Both middle
-    pictures lie half-way and agree when the warps are inverse to each other.
+    pictures lie half-way and agree when the warps are inverse to each other. A turn between
+    the pictures is taken along an arc: on straight ways half a turn would shrink everything
+    to a point.
 
     Parameters
     ----------
@@ -32,6 +41,8 @@ def morph_sequence(
         Reference -> deformed and deformed -> reference.
     images : int
         N - 2, even.
+    turn : Turn
+        From the reference to the deformed picture.
 
     Yields
     ------
@@ -50,15 +61,23 @@ def morph_sequence(
     )
     for number in range(2, images + 2):
         if number <= images // 2 + 1:
-            yield move_picture(reference, forward, (number - 1) / images, canvas)
+            yield move_picture(reference, forward, (number - 1) / images, canvas, turn)
         else:
-            yield move_picture(deformed, backward, (images + 2 - number) / images, canvas)
+            part = (images + 2 - number) / images
+            yield move_picture(deformed, backward, part, canvas, turn.back)
 
 
 def move_picture(
-    image: GreyImage, warp: Warp, fraction: float, shape: tuple[int, int]
+    image: GreyImage,
+    warp: Warp,
+    fraction: float,
+    shape: tuple[int, int],
+    turn: Turn = NO_TURN,
 ) -> GreyImage:
     """Move a picture by a fraction of its warp: pixel x goes to x + fraction (warp(x) - x).
+
+    That is so without a turn. With one, what the warp does beside the turn is done by this
+    fraction, and then the turn by the same fraction.
 
     Parameters
     ----------
@@ -69,6 +88,8 @@ def move_picture(
         0 leaves it where it is, 1 carries it all the way.
     shape : (int, int)
         Height and width of the result.
+    turn : Turn
+        Part of the warp.
 
     Returns
     -------
@@ -77,7 +98,7 @@ def move_picture(
     """
     coefficients = ndimage.spline_filter(image.grey.astype(np.float64), order=3, mode="mirror")
     coefficients = np.pad(coefficients, 2, mode="reflect")  # the support reaches beyond the rim
-    source = _origins(shape, warp, fraction).reshape(-1, 2)
+    source = _origins(shape, warp, fraction, turn).reshape(-1, 2)
     covered = _is_inside(image.mask, source)
     grey = np.zeros(len(source), dtype=np.float32)
     grey[covered] = np.clip(sample(coefficients, source[covered] + 2.0), 0.0, 1.0)
@@ -95,7 +116,7 @@ def _is_inside(mask: Bools, points: Floats) -> Bools:
     return found
 
 
-def _origins(shape: tuple[int, int], warp: Warp, fraction: float) -> Floats:
+def _origins(shape: tuple[int, int], warp: Warp, fraction: float, turn: Turn) -> Floats:
     """Find where every pixel comes from, (H, W, 2); NaN where nothing does.
 
     Solved on every fourth pixel and interpolated: a warp bends over its spacing only.
@@ -103,7 +124,7 @@ def _origins(shape: tuple[int, int], warp: Warp, fraction: float) -> Floats:
     height, width = shape
     rows, columns = np.arange(0, height + _STRIDE, _STRIDE), np.arange(0, width + _STRIDE, _STRIDE)
     nodes = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float64)
-    source = origins_of_points(nodes.reshape(-1, 2), warp, fraction).reshape(nodes.shape)
+    source = origins_of_points(nodes.reshape(-1, 2), warp, fraction, turn).reshape(nodes.shape)
     return _between(_between(source, height).swapaxes(0, 1), width).swapaxes(0, 1)
 
 
@@ -114,7 +135,7 @@ def _between(values: Floats, count: int) -> Floats:
     return (1.0 - part) * values[low] + part * values[low + 1]
 
 
-def origins_of_points(targets: Floats, warp: Warp, fraction: float) -> Floats:
+def origins_of_points(targets: Floats, warp: Warp, fraction: float, turn: Turn = NO_TURN) -> Floats:
     """Find what a moved picture shows at each target, by Newton's method.
 
     Parameters
@@ -124,12 +145,15 @@ def origins_of_points(targets: Floats, warp: Warp, fraction: float) -> Floats:
     warp : Warp
     fraction : float
         Part of its way that the picture was moved.
+    turn : Turn
+        Part of the warp.
 
     Returns
     -------
     (N, 2)
         Places in the picture itself, px; NaN where nothing comes to lie there.
     """
+    targets, warp = turn.undo(targets, fraction), turn.straighten(warp)
     source = _first_guess(targets, warp, fraction)
     for _ in range(_STEPS):
         moved, gradient = warp_points(warp, source)

@@ -10,6 +10,7 @@ from scipy import ndimage
 from shapemorph.core.arrays import Floats
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
+from shapemorph.methods.sequence_turn import NO_TURN, Turn
 from shapemorph.methods.warping import warp_points
 
 PERCENTILE = 95.0  # of the points, for strain
@@ -33,7 +34,9 @@ class SequencePoints:
     strain: Floats
 
 
-def follow_points(points: Floats, forward: Warp, backward: Warp, *, images: int) -> SequencePoints:
+def follow_points(
+    points: Floats, forward: Warp, backward: Warp, *, images: int, turn: Turn = NO_TURN
+) -> SequencePoints:
     """Carry points of the reference through a sequence.
 
     Parameters
@@ -44,6 +47,8 @@ def follow_points(points: Floats, forward: Warp, backward: Warp, *, images: int)
         Reference -> deformed and deformed -> reference.
     images : int
         N - 2, even.
+    turn : Turn
+        From the reference to the deformed picture, taken along an arc.
     """
     there, gradient = warp_points(forward, points)
     known = np.isfinite(there).all(axis=1)
@@ -52,10 +57,10 @@ def follow_points(points: Floats, forward: Warp, backward: Warp, *, images: int)
     known = np.isfinite(back).all(axis=1)
     points, there, back = points[known], there[known], back[known]
     early, late = _fractions(images)
-    first = [points + part * (there - points) for part in early]
-    second = [there + part * (back - there) for part in late]
-    maps = [_part(gradient[known], part) for part in early]
-    others = [_part(inverse[known], part) for part in late]
+    first = [_on_the_way(points, there, part, turn) for part in early]
+    second = [_on_the_way(there, back, part, turn.back) for part in late]
+    maps = [_part(gradient[known], part, turn) for part in early]
+    others = [_part(inverse[known], part, turn.back) for part in late]
     steps = [_increment(a, b) for a, b in pairwise(maps)]
     # from the early half to the late one: back to the reference, then half of the way back
     joint = others[0] @ gradient[known] @ _inverse(maps[-1])
@@ -88,11 +93,12 @@ def neighbour_zncc(
 
 
 def images_for_strain(
-    points: Floats, forward: Warp, backward: Warp, *, most_strain: float, most_images: int
+    points: Floats, warps: tuple[Warp, Warp], turn: Turn, *, most_strain: float, most_images: int
 ) -> int:
     """Fewest synthetic pictures (N - 2, even) with which no step strains more than a limit."""
     for images in range(2, most_images, 2):
-        if follow_points(points, forward, backward, images=images).strain.max() <= most_strain:
+        followed = follow_points(points, *warps, images=images, turn=turn)
+        if followed.strain.max() <= most_strain:
             return images
     return most_images
 
@@ -114,8 +120,13 @@ def _fractions(images: int) -> tuple[Floats, Floats]:
     return half, half[::-1]
 
 
-def _part(gradient: Floats, fraction: float) -> Floats:
-    moved: Floats = (1.0 - fraction) * np.eye(2) + fraction * gradient
+def _on_the_way(start: Floats, end: Floats, part: float, turn: Turn) -> Floats:
+    return turn.carry(start + part * (turn.undo(end, 1.0) - start), part)
+
+
+def _part(gradient: Floats, part: float, turn: Turn) -> Floats:
+    straight = turn.rotation(-1.0) @ gradient
+    moved: Floats = turn.rotation(part) @ ((1.0 - part) * np.eye(2) + part * straight)
     return moved
 
 

@@ -125,7 +125,8 @@ def _carried(sequence: MorphSequence, warps: tuple[Warp, Warp], config: RunConfi
     if config.correlate.mode == "paper":
         carried = carry_by_search(sequence.pictures, middle)
     else:
-        carried = carry_by_warp(middle, warps, images=len(sequence.pictures) - 2)
+        images = len(sequence.pictures) - 2
+        carried = carry_by_warp(middle, warps, images=images, turn=sequence.turn)
     if len(carried) < ENOUGH:
         raise StageError(
             f"expected {ENOUGH} or more points of the middle of the morph sequence in both "

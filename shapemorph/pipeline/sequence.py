@@ -1,7 +1,7 @@
 """The morph sequence of two pictures: how many there are, and what is written of them."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
 from shapemorph.io.animations import frames_of, write_gif, write_mp4
 from shapemorph.io.images import write_grey_png
+from shapemorph.methods.sequence_turn import Turn, turn_between
 
 log = logging.getLogger(__name__)
 
@@ -30,6 +31,8 @@ class MorphSequence:
         Both originals at the ends.
     strain, zncc : (N - 1,) float64
         From each picture to the next.
+    turn : Turn
+        That they take along an arc.
     reason : str
         One sentence: why so many.
     """
@@ -37,6 +40,7 @@ class MorphSequence:
     pictures: tuple[GreyImage, ...]
     strain: Floats
     zncc: Floats
+    turn: Turn
     reason: str
 
     def figures(self) -> dict[str, Any]:
@@ -44,6 +48,7 @@ class MorphSequence:
         return {
             "images": len(self.pictures),
             "reason": self.reason,
+            "turn_rad": self.turn.angle,
             "strain": self.strain.tolist(),
             "zncc": self.zncc.tolist(),
         }
@@ -68,16 +73,20 @@ def make_sequence(
     """
     from shapemorph.methods.sequence_steps import images_for_strain, points_of
 
-    if config.images is not None:
-        return _drawn(reference, deformed, warps, config.images, "as configured")
     points = points_of(reference)
-    images = images_for_strain(points, *warps, most_strain=MOST_STRAIN, most_images=MOST_IMAGES)
+    turn = turn_between(points, warps[0])
+    if config.images is not None:
+        found = _drawn((reference, deformed), warps, turn, config.images)
+        return replace(found, reason="as configured")
+    images = images_for_strain(
+        points, warps, turn, most_strain=MOST_STRAIN, most_images=MOST_IMAGES
+    )
     for _ in range(ATTEMPTS):
-        found = _drawn(reference, deformed, warps, images, "")
+        found = _drawn((reference, deformed), warps, turn, images)
         if images == MOST_IMAGES or not found.zncc.min() < LEAST_ZNCC:
             break
         images = min(MOST_IMAGES, 2 * -(-3 * images // 4))
-    return MorphSequence(found.pictures, found.strain, found.zncc, _reason(found))
+    return replace(found, reason=_reason(found))
 
 
 def write_sequence(folder: Path, sequence: MorphSequence) -> None:
@@ -93,18 +102,18 @@ def write_sequence(folder: Path, sequence: MorphSequence) -> None:
 
 
 def _drawn(
-    reference: GreyImage, deformed: GreyImage, warps: tuple[Warp, Warp], images: int, reason: str
+    ends: tuple[GreyImage, GreyImage], warps: tuple[Warp, Warp], turn: Turn, images: int
 ) -> MorphSequence:
     from shapemorph.methods.morph_sequence import morph_sequence
     from shapemorph.methods.sequence_steps import follow_points, neighbour_zncc, points_of
     from shapemorph.methods.subset_choice import choose_subset
 
-    between = morph_sequence(reference, deformed, *warps, images=images)
-    pictures = (reference, *between, deformed)
-    followed = follow_points(points_of(reference), *warps, images=images)
-    size = choose_subset(reference, subset_size=None, spacing=None).subset_size
+    between = morph_sequence(*ends, *warps, images=images, turn=turn)
+    pictures = (ends[0], *between, ends[1])
+    followed = follow_points(points_of(ends[0]), *warps, images=images, turn=turn)
+    size = choose_subset(ends[0], subset_size=None, spacing=None).subset_size
     zncc = neighbour_zncc(pictures, followed, subset_size=size)
-    return MorphSequence(pictures, followed.strain, zncc, reason)
+    return MorphSequence(pictures, followed.strain, zncc, turn, "")
 
 
 def _reason(found: MorphSequence) -> str:

@@ -15,6 +15,7 @@ from shapemorph.methods.sequence_steps import (
     neighbour_zncc,
     points_of,
 )
+from shapemorph.methods.sequence_turn import NO_TURN
 
 MATRIX = np.array([[1.5, 0.1], [0.0, 0.8]])
 SHIFT = np.array([4.0, 9.0])
@@ -67,13 +68,14 @@ def test_no_picture_between_is_one_step_of_the_whole_strain():
 
 
 def test_as_few_pictures_as_keep_the_strain_of_a_step_small():
-    images = images_for_strain(_points(), *_warps(), most_strain=0.1, most_images=24)
+    images = images_for_strain(_points(), _warps(), NO_TURN, most_strain=0.1, most_images=24)
     steps = [
         follow_points(_points(), *_warps(), images=n).strain.max() for n in (images, images - 2)
     ]
     assert steps[0] <= 0.1 < steps[1]
-    assert images_for_strain(_points(), *_warps(-np.eye(2)), most_strain=0.1, most_images=24) == 24
-    assert images_for_strain(_points(), *_warps(np.eye(2)), most_strain=0.1, most_images=24) == 2
+    limits = {"most_strain": 0.1, "most_images": 24}
+    assert images_for_strain(_points(), _warps(-np.eye(2)), NO_TURN, **limits) == 24
+    assert images_for_strain(_points(), _warps(np.eye(2)), NO_TURN, **limits) == 2
 
 
 def _pictures(wave_pattern, pixel_grid):
