@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.laws import LawSpread
 from shapemorph.core.results import RunResults
 from shapemorph.core.status import PointStatus
@@ -93,22 +93,43 @@ def radial_view(results: RunResults) -> RadialView:
         coefficients=None,
     ).pose  # fmt: skip
     away = reference_px / scales[0] - pose.reference_centre
-    before = results.tracked.reference[ok]
-    after = results.tracked.deformed[ok] @ results.alignment.rotation.T
-    after = after + results.alignment.translation
-    pole = after[np.argmin(np.hypot(*away.T))]
-    axis = np.linalg.svd(before - before.mean(axis=0), full_matrices=False)[2][2]
-    height = (after - pole) @ axis
+    radius = np.hypot(*away.T)
+    out, height = _about_axis(results.tracked.deformed[ok], radius)
+    height -= height[np.argmin(radius)]
     return RadialView(
         reference_px=reference_px,
-        radius=np.hypot(*away.T),
+        radius=radius,
         angle=np.arctan2(away[:, 1], away[:, 0]),
         deformed_radius=pose.radii(deformed_px / scales[1]),
-        out=np.linalg.norm(after - pole - height[:, None] * axis, axis=1),
+        out=out,
         up=height * (1.0 if np.median(height) <= 0 else -1.0),
         deformed_centre=pose.deformed_centre * scales[1],
         px_per_mm=scales[1],
     )
+
+
+def _about_axis(points: Floats, radius: Floats) -> tuple[Floats, Floats]:
+    """Distance from the axis and height along it (N,) of points (N, 3) on rings.
+
+    Points of one radius in the reference lie on a circle about the axis after the
+    deformation, too, however the shape lies in its file. So the direction in which rings are
+    thinnest is the axis, and one centre serves the circles of all rings.
+    """
+    ring = np.minimum((radius / radius.max() * BINS).astype(np.int64), BINS - 1)
+    axes = np.linalg.svd(_off_mean(points, ring), full_matrices=False)[2]
+    flat = (points - points.mean(axis=0)) @ axes.T
+    plane = flat[:, :2]
+    square = (plane**2).sum(axis=1, keepdims=True)
+    centre, *_ = np.linalg.lstsq(2.0 * _off_mean(plane, ring), _off_mean(square, ring)[:, 0])
+    return np.hypot(*(plane - centre).T), flat[:, 2]
+
+
+def _off_mean(values: Floats, group: Ints) -> Floats:
+    """Values (N, K) less the mean of their group."""
+    size = np.maximum(np.bincount(group), 1)
+    mean = np.stack([np.bincount(group, column) / size for column in values.T], axis=-1)
+    less: Floats = values - mean[group]
+    return less
 
 
 def binned(place: Floats, values: Floats) -> tuple[Floats, Floats]:

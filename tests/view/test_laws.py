@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 from shapemorph.core.laws import LawSpread
 from shapemorph.methods.laws.identity import identity_warp
@@ -36,6 +37,19 @@ def test_radii_are_those_of_the_measured_points(results):
     assert np.isfinite(view.out).all()
     assert np.isfinite(view.up).all()
     assert np.median(view.up) < 0  # the pole is on top
+
+
+def test_profiles_are_about_the_axis_of_the_shape_wherever_it_lies(results):
+    ok = (results.grid.status == 0) & (results.tracked.status == 0)
+    first = radial_view(results)
+    out, up = 1.3 * first.radius, -((first.radius / 10) ** 2)
+    dome = np.stack([out * np.cos(first.angle), out * np.sin(first.angle), up], axis=-1)
+    deformed = np.full_like(results.tracked.deformed, np.nan)
+    deformed[ok] = dome @ Rotation.from_rotvec([0.5, -0.7, 0.2]).as_matrix().T + [40.0, 5.0, -90.0]
+    view = radial_view(replace(results, tracked=replace(results.tracked, deformed=deformed)))
+    # Rings are as wide as a bin; in one the height of the dome differs by up to 0.2 mm.
+    assert_allclose(view.out, out, atol=0.05)
+    assert_allclose(view.up, up - up.max(), atol=0.05)
 
 
 def test_bins_without_values_are_empty():
