@@ -59,6 +59,7 @@ def test_paper_mode_has_its_own_defaults_and_keeps_what_is_given():
         ({"subset_size": 51}, "no room"),
         ({"search": 40}, "odd"),
         ({"seeds": "propagate"}, "leave seeds out"),
+        ({"interpolation": "quintic"}, "interpolation must be cubic"),
     ],
 )
 def test_what_paper_mode_cannot_do_is_refused(change, words):

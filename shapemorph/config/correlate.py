@@ -40,6 +40,10 @@ class CorrelateConfig(Section):
         "flattening shows a part of the surface much smaller than the rest",
     )
     order: Literal[0, 1, 2] = Field(1, description="order of the subset shape function")
+    interpolation: Literal["cubic", "quintic"] = Field(
+        "cubic",
+        description="spline between the pixels; quintic: less bias from fine patterns, slower",
+    )
     threads: Annotated[int, Field(ge=1)] | None = Field(
         None, description="threads of the kernel; empty: all cores"
     )
@@ -75,6 +79,11 @@ class CorrelateConfig(Section):
         empty = {key: size for key, size in PAPER_SIZES.items() if given.get(key) is None}
         return PAPER | given | empty
 
+    @property
+    def degree(self) -> int:
+        """Of the spline between the pixels."""
+        return {"cubic": 3, "quintic": 5}[self.interpolation]
+
     @model_validator(mode="after")
     def _search_has_room(self) -> Self:
         if self.mode != "paper" and self.seeds != "propagate":
@@ -90,6 +99,8 @@ class CorrelateConfig(Section):
     def _paper_is_affine_and_has_its_own_seeds(self) -> Self:
         if self.mode == "paper" and self.order != 1:
             raise ValueError(f"order must be 1 in mode paper, got {self.order}")
+        if self.mode == "paper" and self.interpolation != "cubic":
+            raise ValueError(f"interpolation must be cubic in mode paper, got {self.interpolation}")
         if self.mode == "paper" and self.seeds != "warp":
             raise ValueError("mode paper searches every point: leave seeds out")
         return self

@@ -1,4 +1,4 @@
-"""Cubic B-spline sampling of images and of coefficient grids."""
+"""B-spline sampling of images and of coefficient grids."""
 
 import numpy as np
 from numba import njit, prange
@@ -20,6 +20,22 @@ def cubic_slopes(t: float) -> tuple[float, float, float, float]:
     """Differentiate :func:`cubic_weights` with respect to t."""
     s = 1.0 - t
     return -0.5 * s * s, t * (1.5 * t - 2.0), s * (2.0 - 1.5 * s), 0.5 * t * t
+
+
+@njit(cache=True, inline="always")
+def quintic_weights(t: float) -> tuple[float, float, float, float, float, float]:
+    """Weights of the six knots of a quintic spline around offset t in [0, 1)."""
+    s = 1.0 - t
+    tt, ss = t * t, s * s
+    t5, s5 = tt * tt * t, ss * ss * s
+    return (
+        s5 / 120.0,
+        (1.0 + s * (5.0 + s * (10.0 + s * (10.0 + 5.0 * s))) - 5.0 * s5) / 120.0,
+        (26.0 + s * (50.0 + s * (20.0 - s * (20.0 + 20.0 * s))) + 10.0 * s5) / 120.0,
+        (26.0 + t * (50.0 + t * (20.0 - t * (20.0 + 20.0 * t))) + 10.0 * t5) / 120.0,
+        (1.0 + t * (5.0 + t * (10.0 + t * (10.0 + 5.0 * t))) - 5.0 * t5) / 120.0,
+        t5 / 120.0,
+    )
 
 
 @njit(cache=True, parallel=True)

@@ -31,7 +31,7 @@ LOW_CONTRAST = int(PointStatus.LOW_CONTRAST)
 NOT_CONVERGED = int(PointStatus.NOT_CONVERGED)
 LOW_ZNCC = int(PointStatus.LOW_ZNCC)
 
-MARGIN = 3  # px that the spline needs around a warped subset
+MARGIN = 4  # px that the spline needs around a warped subset
 HOPELESS_AFTER = 4  # iterations
 HOPELESS_ZNCC = 0.25
 WORSE = 1e-3  # a step that loses more ZNCC than this is taken back and damped
@@ -134,7 +134,7 @@ def _settled(motion, last_motion, tolerance) -> bool:  # type: ignore[no-untyped
 
 @njit(inline="always")
 def _match_one(  # type: ignore[no-untyped-def]
-    reference, inside, counts, coefficients, other_inside, other_counts, x, y, warp,
+    reference, inside, counts, coefficients, wide, other_inside, other_counts, x, y, warp,
     radius, order, second, tolerance, max_iterations, min_count, min_deviation, max_drift,
     lane_x, weights, is_full, system,
 ) -> tuple[int, float, int, bool]:  # fmt: skip
@@ -184,8 +184,9 @@ def _match_one(  # type: ignore[no-untyped-def]
             best_zncc = -2.0
 
         warped_moments(
-            coefficients, x, y, warp, radius, second, reference, weights, lane_x, mean, moments
-        )
+            coefficients, wide, x, y, warp, radius, second, reference, weights, lane_x, mean,
+            moments,
+        )  # fmt: skip
         found = moments[0] / count
         found_energy = moments[1] - moments[0] * found
         if not found_energy > count * min_energy * FADED * FADED:
@@ -243,6 +244,7 @@ def match_subsets(
     inside: Greys,
     counts: Counts,
     coefficients: Greys,
+    wide: int | None,
     other_inside: Greys,
     other_counts: Counts,
     points: Ints,
@@ -273,7 +275,9 @@ def match_subsets(
     counts : (H + 1, W + 1) int32
         Number of those pixels above and left of each corner.
     coefficients : (H, W) float32
-        Cubic B-spline coefficients of the deformed picture.
+        B-spline coefficients of the deformed picture.
+    wide : None or int
+        None where they are those of a cubic spline, any number for a quintic one.
     other_inside, other_counts
         The same as for the reference, of the deformed picture.
     points : (N, 2) int64
@@ -312,7 +316,7 @@ def match_subsets(
     full = False
     for k in range(points.shape[0]):
         outcome[k], zncc[k], iterations[k], full = _match_one(
-            reference, inside, counts, coefficients, other_inside, other_counts,
+            reference, inside, counts, coefficients, wide, other_inside, other_counts,
             points[k, 0], points[k, 1], warps[k], radius, order, second, tolerance,
             max_iterations, min_count, min_deviation, max_drift, lane_x, weights, full,
             system,

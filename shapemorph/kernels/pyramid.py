@@ -3,10 +3,9 @@
 import numpy as np
 from numba import njit
 
-from shapemorph.core.arrays import Greys
+from shapemorph.core.arrays import Floats, Greys
 
-POLE = -0.26794919243112270  # sqrt(3) - 2, of the cubic B-spline
-REACH = 14  # POLE^14 is below the precision of float32
+NEGLIGIBLE = 1e-8  # share of a sample below which it has no say: the precision of float32
 LANES = 16
 
 
@@ -24,14 +23,14 @@ def index_inside(index: int, count: int, repeats: int) -> int:
 
 
 @njit(cache=True)
-def _filter_lanes(lines: Greys, repeats: int) -> None:
-    """Turn samples into B-spline coefficients in place, along the first axis."""
+def _filter_lanes(lines: Greys, root: float, reach: int, repeats: int) -> None:
+    """Filter lines there and back with one pole in place, along the first axis."""
     count, lanes = lines.shape
-    pole = np.float32(POLE)
-    ending = np.float32(POLE / (POLE * POLE - 1.0))
+    pole = np.float32(root)
+    ending = np.float32(root / (root * root - 1.0))
     for lane in range(lanes):
         first = np.float32(0.0)
-        for k in range(REACH, -1, -1):
+        for k in range(reach, -1, -1):
             first = pole * first + lines[index_inside(-k, count, repeats), lane]
         lines[0, lane] = first
     for i in range(1, count):
@@ -40,7 +39,7 @@ def _filter_lanes(lines: Greys, repeats: int) -> None:
     for lane in range(lanes):
         last = np.float32(0.0)
         if repeats:
-            for k in range(REACH, -1, -1):
+            for k in range(reach, -1, -1):
                 last = pole * (last - lines[(count - 1 + k) % count, lane])
         else:
             last = ending * (lines[count - 1, lane] + pole * lines[count - 2, lane])
@@ -52,14 +51,26 @@ def _filter_lanes(lines: Greys, repeats: int) -> None:
 
 @njit(cache=True)
 def _filter_block(
-    texels: Greys, start: int, count: int, lanes: int, step: int, lane_step: int, repeats: int
+    texels: Greys,
+    start: int,
+    count: int,
+    lanes: int,
+    step: int,
+    lane_step: int,
+    poles: Floats,
+    repeats: int,
 ) -> None:
     """Filter some lines, copied to where they fit the cache."""
     lines = np.empty((count, lanes), np.float32)
+    gain = 1.0
+    for k in range(len(poles)):
+        gain *= (1.0 - poles[k]) * (1.0 - 1.0 / poles[k])
     for i in range(count):
         for lane in range(lanes):
-            lines[i, lane] = np.float32(6.0) * texels[start + i * step + lane * lane_step]
-    _filter_lanes(lines, repeats)
+            lines[i, lane] = np.float32(gain) * texels[start + i * step + lane * lane_step]
+    for k in range(len(poles)):
+        reach = int(np.ceil(np.log(NEGLIGIBLE) / np.log(abs(poles[k]))))
+        _filter_lanes(lines, poles[k], reach, repeats)
     for i in range(count):
         for lane in range(lanes):
             texels[start + i * step + lane * lane_step] = lines[i, lane]
@@ -67,15 +78,24 @@ def _filter_block(
 
 @njit(cache=True, nogil=True)
 def filter_lines(
-    texels: Greys, height: int, width: int, down: int, repeats: int, first: int, last: int
+    texels: Greys,
+    height: int,
+    width: int,
+    poles: Floats,
+    down: int,
+    repeats: int,
+    first: int,
+    last: int,
 ) -> None:
-    """Turn some columns, or rows, of a picture into cubic B-spline coefficients, in place.
+    """Turn some columns, or rows, of a picture into B-spline coefficients, in place.
 
     Parameters
     ----------
     texels : (height * width,)
         The picture, row by row.
     height, width : int
+    poles : (P,)
+        Of the filter, each within the unit circle: one for a cubic spline, two for a quintic.
     down : int
         1 for columns, 0 for rows; one after the other makes the picture's coefficients.
     repeats : int
@@ -87,7 +107,7 @@ def filter_lines(
     count, step, lane_step = (height, width, 1) if down else (width, 1, width)
     for start in range(first, last, LANES):
         lanes = min(LANES, last - start)
-        _filter_block(texels, start * lane_step, count, lanes, step, lane_step, repeats)
+        _filter_block(texels, start * lane_step, count, lanes, step, lane_step, poles, repeats)
 
 
 def reduce_by_two(picture: Greys) -> Greys:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Floats, Greys, Ints
+from shapemorph.kernels.bspline import quintic_weights
 from shapemorph.kernels.inner import inner
 from shapemorph.kernels.small_linear import clear, factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
@@ -29,7 +30,7 @@ def _place(warp, a, b):  # type: ignore[no-untyped-def]
 
 @inner(forceinline=True, fastmath=VECTOR_FLAGS)
 def _cubic(c, x, y):  # type: ignore[no-untyped-def]
-    """Value of the spline at one position."""
+    """Value of the cubic spline at one position."""
     col, row = int(np.floor(x)), int(np.floor(y))
     t, u = x - col, y - row
     total = 0.0
@@ -47,6 +48,18 @@ def _cubic(c, x, y):  # type: ignore[no-untyped-def]
     return total / 36.0
 
 
+@inner(forceinline=True)
+def _quintic(c, x, y):  # type: ignore[no-untyped-def]
+    """Value of the quintic spline at one position."""
+    col, row = int(np.floor(x)), int(np.floor(y))
+    wx, wy = quintic_weights(x - col), quintic_weights(y - row)
+    total = 0.0
+    for j in range(6):
+        for i in range(6):
+            total += wy[j] * wx[i] * c[row - 2 + j, col - 2 + i]
+    return total
+
+
 @inner()
 def load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  # type: ignore[no-untyped-def]
     """Mark the pixels of a subset that count in both pictures; return their number."""
@@ -59,7 +72,7 @@ def load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  #
                 continue
             at_x, at_y = _place(warp, float(i - radius), float(j - radius))
             at_x, at_y = x + at_x, y + at_y
-            if not (2.0 <= at_x < length - 3.0 and 2.0 <= at_y < height - 3.0):
+            if not (2.0 <= at_x < length - 4.0 and 2.0 <= at_y < height - 4.0):
                 continue
             if other_inside[int(np.floor(at_y + 0.5)), int(np.floor(at_x + 0.5))] != _ZERO:
                 weights[j, i] = _ONE
@@ -68,14 +81,18 @@ def load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  #
 
 
 @inner()
-def load_grey(coefficients, x, y, warp, radius, weights, found) -> None:  # type: ignore[no-untyped-def]
+def load_grey(coefficients, wide, x, y, warp, radius, weights, found) -> None:  # type: ignore[no-untyped-def]
     """Sample the deformed picture at the pixels that count."""
     for j in range(2 * radius + 1):
         for i in range(2 * radius + 1):
             found[j, i] = _ZERO
             if weights[j, i] != _ZERO:
                 at_x, at_y = _place(warp, float(i - radius), float(j - radius))
-                found[j, i] = np.float32(_cubic(coefficients, x + at_x, y + at_y))
+                at_x, at_y = x + at_x, y + at_y
+                if wide is None:
+                    found[j, i] = np.float32(_cubic(coefficients, at_x, at_y))
+                else:
+                    found[j, i] = np.float32(_quintic(coefficients, at_x, at_y))
 
 
 @inner()
@@ -135,6 +152,7 @@ def _largest(lags) -> int:  # type: ignore[no-untyped-def]
 def residual_products(
     reference: Greys,
     coefficients: Greys,
+    wide: int | None,
     inside: Greys,
     other_inside: Greys,
     points: Ints,
@@ -148,7 +166,7 @@ def residual_products(
 
     Parameters
     ----------
-    reference, coefficients, points, warps, radius
+    reference, coefficients, wide, points, warps, radius
         As in :func:`~shapemorph.kernels.icgn.match_subsets`; the warps are its results.
     inside, other_inside : (H, W) float32
         1 where a pixel of the reference, of the deformed picture counts.
@@ -168,7 +186,7 @@ def residual_products(
     for k in range(points.shape[0]):
         x, y = points[k, 0], points[k, 1]
         load_weights(inside, other_inside, x, y, warps[k], radius, weights)
-        load_grey(coefficients, x, y, warps[k], radius, weights, found)
+        load_grey(coefficients, wide, x, y, warps[k], radius, weights, found)
         take_residual(reference, x, y, radius, weights, found, system)
         for n in range(lags.shape[0]):
             offset = lags[n, 0] * pitch + lags[n, 1]

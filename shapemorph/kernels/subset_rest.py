@@ -18,6 +18,7 @@ _ZERO = np.float32(0.0)
 def rest_motion(
     reference: Greys,
     coefficients: Greys,
+    wide: int | None,
     inside: Greys,
     other_inside: Greys,
     points: Ints,
@@ -32,7 +33,7 @@ def rest_motion(
 
     Parameters
     ----------
-    reference, coefficients, inside, other_inside, points, warps
+    reference, coefficients, wide, inside, other_inside, points, warps
         As in :func:`~shapemorph.kernels.subset_noise.residual_products`.
     radius : int
         Of the part that is looked at, px.
@@ -58,7 +59,7 @@ def rest_motion(
         count = load_weights(inside, other_inside, x, y, warps[k], radius, weights)
         if count < 0.5 * width * width:
             continue
-        load_grey(coefficients, x, y, warps[k], radius, weights, found)
+        load_grey(coefficients, wide, x, y, warps[k], radius, weights, found)
         take_residual(reference, x, y, radius, weights, found, system)
         xx, xy, yy, rx, ry = 0.0, 0.0, 0.0, 0.0, 0.0
         qxx, qxy, qyy, left, steep = 0.0, 0.0, 0.0, 0.0, 0.0

@@ -9,99 +9,19 @@ The subset is read in blocks of `LANES` columns, row by row. Near the identity t
 spline supports of neighbouring pixels in a row are neighbours too, so a row of a block is
 read as vectors from 16 places instead of being gathered pixel by pixel. A row in which the
 support jumps once is read from 25 places, of which the weights switch sixteen on. What
-fits neither is gathered. Columns beyond the subset have weight zero.
+fits neither is gathered. Columns beyond the subset have weight zero. A quintic spline has
+supports of 6 x 6 and reads 36 and 49 places.
 """
 
 import numpy as np
 from numba import njit
 
 from shapemorph.kernels.inner import inner
-from shapemorph.kernels.vectors import LANES, choose, fused, gather, load, spread, total, whole
+from shapemorph.kernels.subset_taps import grey_gathered, grey_in_step, grey_with_jump, scale_of
+from shapemorph.kernels.vectors import LANES, fused, load, spread, total
 
 SLACK = 0.02  # how far a spline piece is used beyond its end: off by 1e-5 of the contrast
 VECTOR_FLAGS = {"reassoc", "contract", "nsz", "arcp"}  # NaN and infinity keep their meaning
-
-_SCALE = 1.0 / 36.0  # the weights below are six times too large, in both directions
-
-
-@inner(forceinline=True)
-def _weights(t):  # type: ignore[no-untyped-def]
-    """Weights of the four knots around offset t, times six."""
-    s = spread(1.0) - t
-    tt, ss = t * t, s * s
-    left = fused(tt, fused(t, spread(3.0), spread(-6.0)), spread(4.0))
-    right = fused(ss, fused(s, spread(3.0), spread(-6.0)), spread(4.0))
-    return ss * s, left, right, tt * t
-
-
-@inner(forceinline=True)
-def _weights_across(t):  # type: ignore[no-untyped-def]
-    """Weights of five knots for an offset t in [0, 2), times six."""
-    zero, one = spread(0.0), spread(1.0)
-    a, b, c, d = _weights(choose(t, one, t - one, t))
-    return (
-        choose(t, one, zero, a),
-        choose(t, one, a, b),
-        choose(t, one, b, c),
-        choose(t, one, c, d),
-        choose(t, one, d, zero),
-    )
-
-
-@inner(forceinline=True)
-def _along_four(c, at, p0, p1, p2, p3):  # type: ignore[no-untyped-def]
-    """Weighted sum of four neighbours in a row."""
-    left = fused(p1, load(c, at + 1), p0 * load(c, at))
-    return left + fused(p3, load(c, at + 3), p2 * load(c, at + 2))
-
-
-@inner(forceinline=True)
-def _four(c, stride, at, t, u):  # type: ignore[no-untyped-def]
-    """Grey of pixels whose supports advance by one column each."""
-    p0, p1, p2, p3 = _weights(t)
-    q0, q1, q2, q3 = _weights(u)
-    upper = q0 * _along_four(c, at, p0, p1, p2, p3)
-    upper = fused(q1, _along_four(c, at + stride, p0, p1, p2, p3), upper)
-    lower = q2 * _along_four(c, at + 2 * stride, p0, p1, p2, p3)
-    return upper + fused(q3, _along_four(c, at + 3 * stride, p0, p1, p2, p3), lower)
-
-
-@inner(forceinline=True)
-def _along_five(c, at, p0, p1, p2, p3, p4):  # type: ignore[no-untyped-def]
-    """Weighted sum of five neighbours in a row."""
-    return fused(p4, load(c, at + 4), _along_four(c, at, p0, p1, p2, p3))
-
-
-@inner(forceinline=True)
-def _five(c, stride, at, t, u):  # type: ignore[no-untyped-def]
-    """Grey of pixels whose supports jump by one column or row at most once."""
-    p0, p1, p2, p3, p4 = _weights_across(t)
-    q0, q1, q2, q3, q4 = _weights_across(u)
-    grey = q0 * _along_five(c, at, p0, p1, p2, p3, p4)
-    grey = fused(q1, _along_five(c, at + stride, p0, p1, p2, p3, p4), grey)
-    grey = fused(q2, _along_five(c, at + 2 * stride, p0, p1, p2, p3, p4), grey)
-    grey = fused(q3, _along_five(c, at + 3 * stride, p0, p1, p2, p3, p4), grey)
-    return fused(q4, _along_five(c, at + 4 * stride, p0, p1, p2, p3, p4), grey)
-
-
-@inner(forceinline=True)
-def _gather_four(c, stride, at, row, col, used, p0, p1, p2, p3):  # type: ignore[no-untyped-def]
-    sum_ = p0 * gather(c, at, stride, row, col, used)
-    sum_ = fused(p1, gather(c, at + 1, stride, row, col, used), sum_)
-    sum_ = fused(p2, gather(c, at + 2, stride, row, col, used), sum_)
-    return fused(p3, gather(c, at + 3, stride, row, col, used), sum_)
-
-
-@inner()
-def _gathered(c, stride, at, x, y, used):  # type: ignore[no-untyped-def]
-    """Grey of pixels that each have a support of their own."""
-    col, row = whole(x), whole(y)
-    p0, p1, p2, p3 = _weights(x - col)
-    q0, q1, q2, q3 = _weights(y - row)
-    grey = q0 * _gather_four(c, stride, at, row, col, used, p0, p1, p2, p3)
-    grey = fused(q1, _gather_four(c, stride, at + stride, row, col, used, p0, p1, p2, p3), grey)
-    grey = fused(q2, _gather_four(c, stride, at + 2 * stride, row, col, used, p0, p1, p2, p3), grey)
-    return fused(q3, _gather_four(c, stride, at + 3 * stride, row, col, used, p0, p1, p2, p3), grey)
 
 
 @inner(forceinline=True)
@@ -177,15 +97,17 @@ def _add(sums, grey, y, reference, at, second):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
 def warped_moments(  # type: ignore[no-untyped-def]
-    c, x, y, warp, radius, second, reference, weights, lane_x, mean, moments
+    c, wide, x, y, warp, radius, second, reference, weights, lane_x, mean, moments
 ):  # fmt: skip
     """Sum up the deformed picture over one warped subset.
 
     Parameters
     ----------
     c : (H, W) float32
-        Cubic B-spline coefficients of the deformed picture. The caller makes sure that
-        the warped subset stays inside by 3 px, and by LANES px more on the right.
+        B-spline coefficients of the deformed picture. The caller makes sure that the warped
+        subset stays inside by 4 px, and by LANES px more on the right.
+    wide : None or int
+        None for a cubic spline, any number for a quintic one.
     x, y : int
         Centre of the subset, px.
     warp : (12,)
@@ -214,8 +136,8 @@ def warped_moments(  # type: ignore[no-untyped-def]
     jump_x, alike_x = _common_jump(ux, radius)
     jump_y, alike_y = _common_jump(uy, radius)
     alike = alike_x and alike_y
-    tap = (int(jump_y) - 1) * stride + int(jump_x) - 1
-    scale, lift = spread(_SCALE), spread(-mean)
+    tap = int(jump_y) * stride + int(jump_x)
+    scale, lift = spread(scale_of(wide)), spread(-mean)
     t0 = t1 = t2 = t3 = t4 = t5 = t6 = t7 = t8 = spread(0.0)
     t9 = t10 = t11 = t12 = t13 = t14 = spread(0.0)
     for first in range(0, lanes, LANES):
@@ -232,7 +154,7 @@ def warped_moments(  # type: ignore[no-untyped-def]
                 t = _path_at(x_path, x_slope, x_bend, b, second)
                 u = _path_at(y_path, y_slope, y_bend, b, second)
                 weight = load(weights, j * lanes + first)
-                grey = fused(_four(c, stride, at + tap, t, u), scale, lift) * weight
+                grey = fused(grey_in_step(c, stride, at + tap, t, u, wide), scale, lift) * weight
                 sums = _add(sums, grey, b, reference, at, second)
                 at += stride
         else:
@@ -245,13 +167,13 @@ def warped_moments(  # type: ignore[no-untyped-def]
                 t = _path_at(x_path, x_slope, x_bend, spread(b), second) - spread(x_jump)
                 u = _path_at(y_path, y_slope, y_bend, spread(b), second) - spread(y_jump)
                 weight = load(weights, j * lanes + first)
-                tap = at + (int(y_jump) - 1) * stride + int(x_jump) - 1
+                tap = at + int(y_jump) * stride + int(x_jump)
                 if supports == 1:
-                    grey = _four(c, stride, tap, t, u)
+                    grey = grey_in_step(c, stride, tap, t, u, wide)
                 elif supports == 2:
-                    grey = _five(c, stride, tap, t, u)
+                    grey = grey_with_jump(c, stride, tap, t, u, wide)
                 else:
-                    grey = _gathered(c, stride, tap, t + xs - spread(x0), u, weight)
+                    grey = grey_gathered(c, stride, tap, t + xs - spread(x0), u, weight, wide)
                 grey = fused(grey, scale, lift) * weight
                 sums = _add(sums, grey, spread(b), reference, at, second)
                 at += stride

@@ -137,6 +137,7 @@ class _Subsets:
             residual_products(
                 self.reference.planes,
                 self.deformed.coefficients,
+                self.deformed.wide,
                 self.reference.inside,
                 self.deformed.inside,
                 self.points[some],

@@ -97,8 +97,9 @@ def start_from(
     warp: Warp, reference: GreyImage, deformed: GreyImage, *, settings: SubsetSettings
 ) -> NearStart:
     """Begin where a warp says."""
-    source = prepare_reference(reference, allowed=None, pad=settings.pad)
-    return NearStart(warp, source, prepare_deformed(deformed, pad=settings.pad))
+    pad, degree = settings.pad, settings.degree
+    source = prepare_reference(reference, allowed=None, pad=pad, degree=degree)
+    return NearStart(warp, source, prepare_deformed(deformed, pad=pad, degree=degree))
 
 
 def _tile_shifts(reference: GreyImage, deformed: GreyImage) -> Floats | None:

@@ -104,6 +104,7 @@ def _rest(
         rest_motion(
             reference.planes,
             deformed.coefficients,
+            deformed.wide,
             reference.inside,
             deformed.inside,
             at[part],

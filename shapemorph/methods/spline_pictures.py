@@ -9,13 +9,19 @@ from numpy.typing import NDArray
 from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.image import GreyImage
 from shapemorph.kernels.vectors import LANES
-from shapemorph.methods.spline_coefficients import to_coefficients
+from shapemorph.methods.spline_coefficients import CUBIC, QUINTIC, to_coefficients
 
 Pixels = TypeVar("Pixels", Greys, NDArray[np.uint8])
 
-SMOOTH: Greys = np.array([1 / 6, 2 / 3, 1 / 6], dtype=np.float32)  # a cubic B-spline at its knots
-SLOPE: Greys = np.array([-0.5, 0.0, 0.5], dtype=np.float32)  # its derivative there
-RINGS = 4  # the spline prefilter forgets by 0.27 per pixel: 0.5 % after four
+SMOOTH: dict[int, Greys] = {  # a B-spline at its knots, by its degree
+    CUBIC: np.array([1, 4, 1], dtype=np.float32) / np.float32(6),
+    QUINTIC: np.array([1, 26, 66, 26, 1], dtype=np.float32) / np.float32(120),
+}
+SLOPE: dict[int, Greys] = {  # its derivative there
+    CUBIC: np.array([-0.5, 0.0, 0.5], dtype=np.float32),
+    QUINTIC: np.array([-1, -10, 0, 10, 1], dtype=np.float32) / np.float32(24),
+}
+RINGS = 4  # the prefilter of a cubic spline forgets by 0.27 per pixel: 0.5 % after four
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,19 +31,22 @@ class ReferencePicture:
     Attributes
     ----------
     planes : (3, H, W) float32
-        Grey, its derivative along x, along y, of the cubic spline through the pixels.
+        Grey, its derivative along x, along y, of the spline through the pixels.
     inside : (H, W) float32
         1 where a pixel counts.
     counts : (H + 1, W + 1) int32
         Number of counting pixels above and left of each corner.
     pad : int
         px added on the left and on top.
+    degree : int
+        Of the spline: 3 or 5.
     """
 
     planes: Greys
     inside: Greys
     counts: np.ndarray[tuple[int, int], np.dtype[np.int32]]
     pad: int
+    degree: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,14 +59,24 @@ class DeformedPicture:
     inside : (H, W) float32
     counts : (H + 1, W + 1) int32
         Number of counting pixels above and left of each corner.
+    degree : int
+        Of the spline: 3 or 5.
     """
 
     coefficients: Greys
     inside: Greys
     counts: np.ndarray[tuple[int, int], np.dtype[np.int32]]
+    degree: int
+
+    @property
+    def wide(self) -> int | None:
+        """None for a cubic spline, as the kernels want it."""
+        return None if self.degree == CUBIC else self.degree
 
 
-def prepare_reference(picture: GreyImage, *, allowed: Bools | None, pad: int) -> ReferencePicture:
+def prepare_reference(
+    picture: GreyImage, *, allowed: Bools | None, pad: int, degree: int = CUBIC
+) -> ReferencePicture:
     """Find the slopes of the reference and the pixels that count.
 
     Pixels on the rim of the mask do not count: their slope needs neighbours.
@@ -69,25 +88,27 @@ def prepare_reference(picture: GreyImage, *, allowed: Bools | None, pad: int) ->
         Pixels that may count; None for all of the mask.
     pad : int
         px to add around.
+    degree : int
+        Of the spline through the pixels: 3 or 5.
     """
     grey = extend_grey(picture)
-    coefficients = _spline(grey)
+    coefficients = _spline(grey, degree)
     planes = _padding(3, grey.shape, pad)
     inner = (slice(pad, pad + grey.shape[0]), slice(pad, pad + grey.shape[1]))
     planes[0][inner] = grey
-    planes[1][inner] = _filtered(coefficients, SLOPE, SMOOTH)
-    planes[2][inner] = _filtered(coefficients, SMOOTH, SLOPE)
+    planes[1][inner] = _filtered(coefficients, SLOPE[degree], SMOOTH[degree])
+    planes[2][inner] = _filtered(coefficients, SMOOTH[degree], SLOPE[degree])
     inside = shrink(picture.mask)
     if allowed is not None:
         inside &= allowed
-    return ReferencePicture(planes, *_counted(inside, pad), pad)
+    return ReferencePicture(planes, *_counted(inside, pad), pad, degree)
 
 
-def prepare_deformed(picture: GreyImage, *, pad: int) -> DeformedPicture:
+def prepare_deformed(picture: GreyImage, *, pad: int, degree: int = CUBIC) -> DeformedPicture:
     """Find the spline through the deformed picture and the pixels that count."""
-    coefficients = _pad(_spline(extend_grey(picture)), pad)
+    coefficients = _pad(_spline(extend_grey(picture), degree), pad)
     _mirror_rim(coefficients, pad)
-    return DeformedPicture(coefficients, *_counted(shrink(picture.mask), pad))
+    return DeformedPicture(coefficients, *_counted(shrink(picture.mask), pad), degree)
 
 
 def _counted(inside: Bools, pad: int) -> tuple[Greys, np.ndarray[Any, np.dtype[np.int32]]]:
@@ -129,10 +150,10 @@ def extend_grey(picture: GreyImage) -> Greys:
     return grey
 
 
-def _spline(grey: Greys) -> Greys:
+def _spline(grey: Greys, degree: int) -> Greys:
     """Coefficients of the interpolating spline, mirrored at the border."""
     coefficients = np.array(grey, dtype=np.float32, order="C")
-    to_coefficients(coefficients, 0)
+    to_coefficients(coefficients, 0, degree=degree)
     return coefficients
 
 

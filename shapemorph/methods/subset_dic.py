@@ -8,6 +8,7 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Codes, Floats, Ints
 from shapemorph.core.status import PointStatus
 from shapemorph.kernels.icgn import match_subsets
+from shapemorph.methods.spline_coefficients import CUBIC
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
 from shapemorph.methods.threads import run_blocks
 
@@ -35,6 +36,8 @@ class SubsetSettings:
         Share of the subset's pixels that must lie inside both masks.
     max_drift : float
         Farthest a point may move from its start, px.
+    degree : int
+        Of the spline between the pixels: 3 or 5.
     """
 
     radius: int
@@ -43,6 +46,7 @@ class SubsetSettings:
     max_iterations: int
     min_inside: float
     max_drift: float
+    degree: int = CUBIC
 
     @property
     def min_count(self) -> float:
@@ -165,6 +169,7 @@ def match_points(
             reference.inside,
             reference.counts,
             deformed.coefficients,
+            deformed.wide,
             deformed.inside,
             deformed.counts,
             at[some],

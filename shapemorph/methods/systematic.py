@@ -6,7 +6,7 @@ from shapemorph.core.arrays import Bools, Floats
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.grid_correlation import GridMatches
-from shapemorph.methods.spline_pictures import ReferencePicture
+from shapemorph.methods.spline_pictures import SLOPE, SMOOTH, ReferencePicture
 
 TILES = (128, 64, 32)  # px: widths of the tiles from which a spectrum is taken
 MOST_TILES = 6  # along each axis
@@ -136,7 +136,7 @@ def _monomials(steps: Floats, exponents: list[tuple[int, int]]) -> Floats:
 def interpolation_bias(
     reference: ReferencePicture, motion: Floats, gradient: Floats, *, width: int
 ) -> Floats:
-    """Estimate the error that the cubic spline between the pixels causes.
+    """Estimate the error that the spline between the pixels causes.
 
     The spline keeps replicas of the spectrum of the picture, which turn with the position
     between the pixels; projected on the slopes of the reference they move the match. In a
@@ -167,7 +167,7 @@ def interpolation_bias(
     power = pattern_spectrum(reference)
     if power is None:
         return total
-    strength = _replica_strengths(power)
+    strength = _replica_strengths(power, reference.degree)
     for replica, each in zip(REPLICAS.astype(np.float64), strength, strict=True):
         along = (gradient - np.eye(2)).swapaxes(-1, -2) @ replica
         total = total + (
@@ -176,26 +176,35 @@ def interpolation_bias(
     return total
 
 
-def _replica_strengths(power: Floats) -> Floats:
+def _replica_strengths(power: Floats, degree: int) -> Floats:
     """(8, 2) error that each replica causes a quarter of a turn from the pixels, px."""
     frequency: Floats = np.fft.fftfreq(len(power)).astype(np.float64)
-    slope = np.sin(2 * np.pi * frequency) / _knot_gain(frequency)
+    slope = _knot_slope(frequency, degree) / _knot_gain(frequency, degree)
     along = np.stack(np.broadcast_arrays(slope[None, :], slope[:, None])).reshape(2, -1)
     weighted = along * power.ravel()
-    kept = {replica: _spline_gain(frequency, replica) for replica in (-1, 0, 1)}
+    kept = {replica: _spline_gain(frequency, replica, degree) for replica in (-1, 0, 1)}
     pushes = [weighted @ np.outer(kept[m], kept[k]).ravel() for k, m in REPLICAS.tolist()]
     solution = np.linalg.lstsq(weighted @ along.T, np.stack(pushes, axis=1), rcond=None)[0]
     return np.asarray(-solution.T)
 
 
-def _knot_gain(frequency: Floats) -> Floats:
-    """Tell what the knots of a cubic B-spline do to a wave."""
-    return np.asarray((2.0 + np.cos(2 * np.pi * frequency)) / 3.0)
+def _knot_gain(frequency: Floats, degree: int) -> Floats:
+    """Tell what the knots of a B-spline do to a wave."""
+    weights = SMOOTH[degree].astype(np.float64)
+    steps = np.arange(len(weights)) - len(weights) // 2
+    return np.asarray(np.cos(2 * np.pi * np.outer(frequency, steps)) @ weights)
 
 
-def _spline_gain(frequency: Floats, replica: int) -> Floats:
-    """Tell how strongly an interpolating cubic spline keeps a replica of each wave."""
-    return np.asarray(np.sinc(frequency + replica) ** 4 / _knot_gain(frequency))
+def _knot_slope(frequency: Floats, degree: int) -> Floats:
+    """Tell what the slopes of a B-spline at its knots do to a wave, a quarter of a turn on."""
+    weights = SLOPE[degree].astype(np.float64)
+    steps = np.arange(len(weights)) - len(weights) // 2
+    return np.asarray(np.sin(2 * np.pi * np.outer(frequency, steps)) @ weights)
+
+
+def _spline_gain(frequency: Floats, replica: int, degree: int) -> Floats:
+    """Tell how strongly an interpolating spline keeps a replica of each wave."""
+    return np.asarray(np.sinc(frequency + replica) ** (degree + 1) / _knot_gain(frequency, degree))
 
 
 def _blurred(along: Floats, width: int) -> Floats:

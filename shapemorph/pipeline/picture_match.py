@@ -227,6 +227,7 @@ def _near_settings(left: GreyImage, config: RunConfig) -> tuple["SubsetSettings"
         max_iterations=given.max_iterations,
         min_inside=given.min_inside,
         max_drift=float(radius),
+        degree=given.degree,
     )
     return settings, choice.speckle_px
 

@@ -93,8 +93,10 @@ def correlate(
         )
     with kernel_threads(config.threads):
         if start is None:
-            source = prepare_reference(reference, allowed=region, pad=settings.pad)
-            target = prepare_deformed(morphed.image, pad=settings.pad)
+            source = prepare_reference(
+                reference, allowed=region, pad=settings.pad, degree=settings.degree
+            )
+            target = prepare_deformed(morphed.image, pad=settings.pad, degree=settings.degree)
             starts = None
         else:
             source, target = start.source, start.target
@@ -109,7 +111,8 @@ def correlate(
             ):
                 break
             morphed = _renew(morphed.warp, remorph, grid, found, settings, noise)
-            target, starts = prepare_deformed(morphed.image, pad=source.pad), None
+            target = prepare_deformed(morphed.image, pad=source.pad, degree=settings.degree)
+            starts = None
         if not found.ok.any():
             raise StageError(_nothing(found.status))
         covariance = displacement_covariance(
@@ -183,6 +186,7 @@ def _settings(config: CorrelateConfig, radius: int) -> SubsetSettings:
         max_iterations=config.max_iterations,
         min_inside=config.min_inside,
         max_drift=float(radius),
+        degree=config.degree,
     )
 
 

@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.interpolate import BSpline
 from scipy.ndimage import map_coordinates, spline_filter
 
-from shapemorph.kernels.bspline import cubic_slopes, cubic_weights, sample, sample_vectors
+from shapemorph.kernels.bspline import (
+    cubic_slopes,
+    cubic_weights,
+    quintic_weights,
+    sample,
+    sample_vectors,
+)
 
 
 def test_sample_agrees_with_scipy():
@@ -32,6 +39,12 @@ def test_weights_are_a_partition_of_unity_and_slopes_their_derivative(t):
     numeric = (np.array(cubic_weights(t + step)) - np.array(cubic_weights(t - step))) / (2 * step)
     assert sum(cubic_weights(t)) == pytest.approx(1, abs=1e-14)
     assert_allclose(cubic_slopes(t), numeric, atol=1e-8)
+
+
+@pytest.mark.parametrize("t", [0.0, 0.3, 0.999])
+def test_quintic_weights_are_those_of_the_basis_spline(t):
+    basis = BSpline.basis_element(np.arange(-3.0, 4.0))
+    assert_allclose(quintic_weights(t), basis(t - np.arange(-2, 4)), atol=1e-14)
 
 
 def test_vector_spline_reproduces_an_oblique_affine_map_and_its_gradient():

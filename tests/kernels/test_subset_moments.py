@@ -34,11 +34,11 @@ def _terms():
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
 
-def _expected(reference, coefficients, warp, weights, mean):
+def _expected(reference, coefficients, warp, weights, mean, degree=3):
     terms = _terms()
     at_x, at_y = np.tensordot(warp[:6], terms, 1), np.tensordot(warp[6:], terms, 1)
     grey = map_coordinates(
-        coefficients.astype(float), [Y + at_y, X + at_x], order=3, prefilter=False
+        coefficients.astype(float), [Y + at_y, X + at_x], order=degree, prefilter=False
     )
     grey = (grey - mean) * weights[:, : 2 * RADIUS + 1]
     window = (slice(Y - RADIUS, Y + RADIUS + 1), slice(X - RADIUS, X + RADIUS + 1))
@@ -60,13 +60,16 @@ WARPS = {
 
 
 @pytest.mark.parametrize("name", WARPS)
-@pytest.mark.parametrize("holes", [False, True])
-def test_warped_moments_are_the_sums_written_out(name, holes):
+@pytest.mark.parametrize(("holes", "degree"), [(False, 3), (True, 3), (True, 5)])
+def test_warped_moments_are_the_sums_written_out(name, holes, degree):
     reference, coefficients = _pictures()
     weights, warp, moments = _weights(holes), np.array(WARPS[name], dtype=float), np.zeros(15)
     mean = np.float32(0.5)
-    warped_moments(coefficients, X, Y, warp, RADIUS, 1, reference, weights, LANE_X, mean, moments)
-    expected = _expected(reference, coefficients, warp, weights, 0.5)
+    wide = None if degree == 3 else degree
+    warped_moments(
+        coefficients, wide, X, Y, warp, RADIUS, 1, reference, weights, LANE_X, mean, moments
+    )
+    expected = _expected(reference, coefficients, warp, weights, 0.5, degree)
     # float32 sums of 169 terms; 2e-5 px of slack in the spline pieces of "still", "hardly"
     scale = np.array([1, 1, 1, 1, 6, 6, 36, 36, 36, 1, 6, 6, 36, 36, 36])
     assert_allclose(moments / scale, expected / scale, atol=1e-3)
@@ -78,7 +81,7 @@ def test_first_order_sums_are_the_same_without_the_second():
     both = np.zeros((2, 15))
     for moments, second in zip(both, (None, 1), strict=True):
         warped_moments(
-            coefficients, X, Y, warp, RADIUS, second, reference, _weights(), LANE_X,
+            coefficients, None, X, Y, warp, RADIUS, second, reference, _weights(), LANE_X,
             np.float32(0.5), moments,
         )  # fmt: skip
     first = [0, 1, 2, 3, 4, 5, 9, 10, 11]

@@ -34,8 +34,9 @@ def _errors(pattern, pixels, settings, blur, seed, exposure=(2, lambda grey: gre
     full = np.ones(SHAPE, dtype=bool)
     pictures = [pattern(pixels) + noise[0], light(pattern(pixels - SHIFT)) + noise[1]]
     first, second = (GreyImage(picture.astype("f4"), full) for picture in pictures)
-    reference = prepare_reference(first, allowed=None, pad=settings.pad)
-    deformed = prepare_deformed(second, pad=settings.pad)
+    pad, degree = settings.pad, settings.degree
+    reference = prepare_reference(first, allowed=None, pad=pad, degree=degree)
+    deformed = prepare_deformed(second, pad=pad, degree=degree)
     grid = grid_points(full, spacing=16)
     points = grid.points[1:-1, 1:-1]
     flat = points.reshape(-1, 2)
@@ -48,10 +49,13 @@ def _errors(pattern, pixels, settings, blur, seed, exposure=(2, lambda grey: gre
     return error[ok], np.sqrt(covariance[..., [0, 1], [0, 1]])[ok]
 
 
-@pytest.mark.parametrize(("order", "blur"), [(1, 0.0), (1, 1.0), (2, 0.0), (0, 0.0)])
-def test_sigma_is_the_scatter_of_the_errors(order, blur, wave_pattern, pixel_grid):
+@pytest.mark.parametrize(
+    ("order", "blur", "degree"),
+    [(1, 0.0, 3), (1, 1.0, 3), (2, 0.0, 3), (0, 0.0, 3), (1, 0.0, 5)],
+)
+def test_sigma_is_the_scatter_of_the_errors(order, blur, degree, wave_pattern, pixel_grid):
     pattern, pixels = wave_pattern(), pixel_grid(SHAPE)
-    settings = SubsetSettings(9, order, 1e-3, 30, 0.5, 9.0)
+    settings = SubsetSettings(9, order, 1e-3, 30, 0.5, 9.0, degree)
     runs = [_errors(pattern, pixels, settings, blur, seed) for seed in range(4)]
     error, sigma = (np.concatenate(parts) for parts in zip(*runs, strict=True))
     ratio = np.sqrt((error**2).mean()) / np.sqrt((sigma**2).mean())

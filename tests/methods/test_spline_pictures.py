@@ -31,6 +31,21 @@ def test_slopes_are_those_of_the_pattern(pixel_grid):
     assert_allclose(found.planes[2][inner], 0.034 * np.cos(phase), atol=5e-5)
 
 
+def test_slopes_of_a_quintic_spline_are_closer(pixel_grid):
+    pixels = pixel_grid(SHAPE)
+    phase = 1.1 * pixels[..., 0]
+    picture = GreyImage((0.5 + 0.2 * np.sin(phase)).astype("f4"), np.ones(SHAPE, dtype=bool))
+    inner = (slice(7 + 8, 7 + 32), slice(7 + 12, 7 + 44))
+    truth = 0.22 * np.cos(phase)[8:32, 12:44]
+    errors = []
+    for degree in (3, 5):
+        found = prepare_reference(picture, allowed=None, pad=7, degree=degree)
+        errors.append(np.abs(found.planes[1][inner] - truth).max())
+    cubic_error = abs(3 * np.sin(1.1) / (2 + np.cos(1.1)) / 1.1 - 1) * 0.22
+    assert_allclose(errors[0], cubic_error, rtol=0.01)
+    assert errors[1] < 0.15 * errors[0]
+
+
 def test_counts_are_sums_of_the_pixels_inside():
     mask = np.zeros(SHAPE, dtype=bool)
     mask[5:30, 10:50] = True

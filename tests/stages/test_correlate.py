@@ -227,6 +227,24 @@ def test_paper_mode_gives_the_same_grid_less_exactly(scene):
     assert np.isfinite(grid.sigma_px[grid.status == PointStatus.OK]).all()
 
 
+def test_a_quintic_spline_is_biased_less_on_a_fine_pattern(wave_pattern, pixel_grid):
+    pattern, pixels, whole = wave_pattern(size=2.2), pixel_grid(SHAPE), np.ones(SHAPE, dtype=bool)
+    shift = np.array([0.25, 0.0])
+    first, second = (GreyImage(pattern(at).astype("f4"), whole) for at in (pixels, pixels - shift))
+    still = Morphed(second, identity_warp(SHAPE))
+    biases = []
+    for interpolation in ("cubic", "quintic"):
+        config = CorrelateConfig(
+            subset_size=21, spacing=12, refinements=0, interpolation=interpolation
+        )
+        grid = correlate(first, lambda _: second, still, config, None)
+        found = grid.status == PointStatus.OK
+        assert found.sum() > 150
+        biases.append(np.abs((grid.deformed_px - grid.reference_px)[found].mean(axis=0) - shift))
+    assert biases[0].max() > 1e-3
+    assert biases[1].max() < 0.3 * biases[0].max()
+
+
 def test_the_bias_is_that_of_the_morph_that_was_matched(scene):
     grid = scene().correlate(_warp_near(1.5), refinements=0)
     known = np.isfinite(grid.bias_px).all(axis=-1)
