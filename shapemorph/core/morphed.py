@@ -16,7 +16,10 @@ class Morphed:
         Of the shape of the reference picture.
     warp : Warp
         Reference -> deformed; pixel x of `image` shows the deformed picture at warp(x).
+    overruled : int
+        Matches that took over where the morph law leads nowhere.
     """
 
     image: GreyImage
     warp: Warp
+    overruled: int = 0

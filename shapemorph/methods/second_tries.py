@@ -39,7 +39,10 @@ FINE_PLENTY = 3.0  # cells suit the grain: its detail is finer, and much of it a
 CONVINCING = 2  # times the pairs that are needed, for saying what is wrong with a pair
 
 FINE, USUAL = "fine detail", "features of round speckle"
-MIRRORED = "one is mirrored: flip one of them"
+MIRRORED = (
+    "one is mirrored: flip one of them; if it is a mesh that is inside out, reverse the order of "
+    "the corners of its faces"
+)
 
 Sides = tuple[Side, Side]
 

@@ -110,8 +110,8 @@ class Inputs:
             If landmarks are needed and none are given.
         DataError
             If a mask, a meridian, a limit curve, a noise floor or a file of a morph law is
-            missing or not what it should be; if landmarks cannot be read, are fewer than
-            three, lie on one line or are mirrored.
+            missing or not what it should be; if landmarks cannot be read, or if they are to
+            carry the rigid motion and are fewer than three, lie on one line or are mirrored.
         """
         for source in (*_LIMITS, *_CURVES, "all_law_inputs", "noise"):
             self.load(source)
@@ -123,10 +123,8 @@ class Inputs:
                     "choose points"
                 )
             return
-        from shapemorph.methods.rigid import fit_rigid, refuse_mirrored
-
-        fit_rigid(landmarks.deformed, landmarks.reference, np.ones(len(landmarks.names)))
-        refuse_mirrored(landmarks.deformed, landmarks.reference)
+        if method == "auto" or "landmarks" in method:
+            _check_they_carry_a_motion(landmarks)
 
     def _take_fingerprint(self, name: str) -> str:
         if name in _SIDES:
@@ -274,6 +272,20 @@ class Inputs:
     def _read_region(self, name: str) -> Region | None:
         config = self._region_config(name)
         return None if config is None else region_in_mm(config, self._mm_per_unit("reference"))
+
+
+def _check_they_carry_a_motion(landmarks: Landmarks) -> None:
+    """Raise DataError where landmarks do not settle the rigid motion between the files."""
+    from shapemorph.methods.rigid import fit_rigid, refuse_mirrored
+
+    try:
+        fit_rigid(landmarks.deformed, landmarks.reference, np.ones(len(landmarks.names)))
+    except DataError as error:
+        raise DataError(
+            f"landmarks, which carry the rigid motion between the files: {error}, or set "
+            "align.method=points, so that they serve the match and the morph law only"
+        ) from None
+    refuse_mirrored(landmarks.deformed, landmarks.reference)
 
 
 def region_in_mm(config: RegionConfig, scale: float) -> Region:

@@ -51,6 +51,7 @@ def summarise(
             "deformed": flattening_figures(results.pair.deformed),
         },
         "match": matching_figures(results.matches),
+        "morph": {"law": config.morph.law, "matches_instead_of_law": results.morphed.overruled},
         "correlate": correlation_figures(
             results.grid, config.correlate, results.pair.reference.calibrated.image
         ),

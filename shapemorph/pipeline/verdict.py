@@ -11,6 +11,7 @@ Finding = tuple[str, str]
 _MOST_RANDOM = 0.1  # px, of the points that are least certain; a few are off by four times as much
 
 _SMALLEST_MM, _LARGEST_MM = 1.0, 10_000.0
+_MOST_INSTEAD = 0.5  # of the matches: a law is crude, but not half of it lost
 _LONGEST_GAUGE = 0.2  # of the object: fewer than five gauges across show no field
 _LARGEST_MOTION = 0.5  # of the object, in the middle: landmarks of another unit or frame
 
@@ -61,6 +62,18 @@ def _close_matches(sections: Mapping[str, Any]) -> Iterator[Finding]:
     subset = sections["correlate"]["subset_size_px"]
     if residual > subset / 4:
         yield WARN, f"matches scatter by {residual:.1f} px about the warp (subset {subset} px)"
+
+
+def _lawful(sections: Mapping[str, Any]) -> Iterator[Finding]:
+    """Doubt a law that most matches contradict."""
+    instead = sections.get("morph", {}).get("matches_instead_of_law", 0)
+    if instead > _MOST_INSTEAD * sections["match"]["pairs"]:
+        yield (
+            WARN,
+            f"law {sections['morph']['law']} leads nowhere at {instead} of "
+            f"{sections['match']['pairs']} matches, which took over: check its file, its units "
+            "and its frame, or leave morph.law at warp",
+        )
 
 
 def _alike(sections: Mapping[str, Any]) -> Iterator[Finding]:
@@ -151,6 +164,6 @@ def _likely_landmarks(sections: Mapping[str, Any]) -> Iterator[Finding]:
 
 
 _RULES = (
-    *(_likely_size, _enough_points, _sound_warp, _close_matches, _alike, _certain),
+    *(_likely_size, _enough_points, _sound_warp, _close_matches, _lawful, _alike, _certain),
     *(_flat, _short_gauge, _aligned, _likely_landmarks),
 )

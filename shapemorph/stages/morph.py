@@ -122,8 +122,9 @@ def morph(  # noqa: PLR0913, PLR0917 - two sides, each a mesh with its picture
         inputs,
         config,
     )
-    warp = _usable_warp(task)
-    return Morphed(morph_surface(deformed_mesh, deformed, warp, reference.image.shape), warp)
+    warp, overruled = _usable_warp(task)
+    shown = morph_surface(deformed_mesh, deformed, warp, reference.image.shape)
+    return Morphed(shown, warp, overruled)
 
 
 def morph_pictures(
@@ -134,8 +135,9 @@ def morph_pictures(
     config: MorphConfig,
 ) -> Morphed:
     """Make a plain deformed picture look like the reference picture; see :func:`morph`."""
-    warp = _usable_warp(_Task(Side(reference), Side(deformed), matches, inputs, config))
-    return Morphed(morph_image(deformed, warp, reference.shape), warp)
+    task = _Task(Side(reference), Side(deformed), matches, inputs, config)
+    warp, overruled = _usable_warp(task)
+    return Morphed(morph_image(deformed, warp, reference.shape), warp, overruled)
 
 
 def law_warp(
@@ -161,11 +163,11 @@ def _require_one_page(side: Side, law: Law) -> None:
         )
 
 
-def _usable_warp(task: _Task) -> Warp:
-    """Warp of the law, corrected until the pictures agree with it."""
+def _usable_warp(task: _Task) -> tuple[Warp, int]:
+    """Warp of the law, corrected until the pictures agree with it; matches that took over."""
     law = task.config.law
     if law == "warp":
-        return task.matches.forward
+        return task.matches.forward, 0
     warp = law_warp(task.reference, task.deformed, task.matches, task.inputs, task.config, law=law)
     pairs = task.matches.reference_px, task.matches.deformed_px
     settled = settle_warp(task.reference.image, task.deformed.image, warp, pairs)
@@ -174,7 +176,7 @@ def _usable_warp(task: _Task) -> Warp:
         log.warning(
             "law %s leads nowhere at %d matches: there the matches take over", law, settled.added
         )
-    return settled.warp
+    return settled.warp, settled.added
 
 
 def _free_warp(task: _Task) -> Warp:

@@ -163,6 +163,24 @@ def test_landmarks_that_carry_nothing_are_refused_before_anything_is_measured(
         _inputs(*pair, landmarks=str(path)).check_beside_meshes()
 
 
+@pytest.mark.parametrize(("method", "refused"), [("auto", True), ("points", False)])
+def test_landmarks_along_a_diameter_may_serve_a_law_alone(pair, tmp_path, method, refused):
+    path = tmp_path / "landmarks.csv"
+    rows = "".join(f"m{n},{n},0,0,{2 * n},0,0\n" for n in range(5))
+    path.write_text("name,ref_x,ref_y,ref_z,def_x,def_y,def_z\n" + rows)
+    document = {
+        "inputs": {"reference": pair[0], "deformed": pair[1], "landmarks": path},
+        "align": {"method": method},
+        "morph": {"law": "landmarks"},
+    }
+    inputs = Inputs(RunConfig.model_validate(document))
+    if refused:
+        with pytest.raises(DataError, match=r"on one line.*or set align\.method=points"):
+            inputs.check_beside_meshes()
+    else:
+        inputs.check_beside_meshes()
+
+
 @pytest.mark.parametrize("method", ["landmarks", "landmarks+icp"])
 def test_a_method_that_needs_landmarks_is_refused_without_before_anything_is_measured(pair, method):
     document = {

@@ -110,7 +110,8 @@ def test_percentiles_leave_out_what_is_missing():
 EVEN = {"method": "bff", "flips": 0, "texels_per_px": 1, "anisotropy": {"p95": 1.1}}
 GOOD = {
     "points": {"total": 1000, "ok": 990, "ok_share": 0.99, "statuses": {"OK": 990, "OUTLIER": 10}},
-    "match": {"fold_share": 0.0, "residual_px": 0.4},
+    "match": {"fold_share": 0.0, "residual_px": 0.4, "pairs": 900},
+    "morph": {"law": "fe", "matches_instead_of_law": 400},
     "correlate": {"subset_size_px": 21, "zncc": {"median": 0.97}, "sigma_px": {"p95": 0.03}},
     "flatten": {"reference": {**EVEN, "texels_per_px": 1.3}},
     "inputs": {"reference_size": 70.0},
@@ -136,6 +137,7 @@ def test_a_sound_run_passes_without_reasons():
         (_with("points", ok_share=0.4), "FAIL", "OUTLIER (10)"),
         (_with("match", fold_share=0.02), "WARN", "folds over on 2.00%"),
         (_with("match", residual_px=9.0), "WARN", "scatter by 9.0 px"),
+        (_with("morph", matches_instead_of_law=600), "WARN", "fe leads nowhere at 600 of 900"),
         (_with("correlate", zncc={"median": 0.7}), "WARN", "median ZNCC 0.70"),
         (_with("correlate", sigma_px={"p95": 0.16}), "WARN", "random errors of 0.16 px"),
         (_with("flatten", deformed=EVEN | {"flips": 3}), "WARN", "3 triangles"),

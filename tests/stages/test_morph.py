@@ -45,6 +45,7 @@ def test_the_morphed_picture_looks_like_the_reference(wave_pattern, pixel_grid):
     expected = pattern(pixel_grid(SHAPE))
     assert_allclose(found.image.grey[inner], expected[inner], atol=0.03)
     assert found.warp is not None
+    assert found.overruled == 0
 
 
 def test_identity_leaves_the_picture_alone(wave_pattern, pixel_grid):
