@@ -29,6 +29,7 @@ _TITLES = {
     "align": "Alignment",
     "correlate": "Correlation",
     "match": "Matches",
+    "morph": "Morph law",
     "flatten": "Distortion by the flattening",
     "lift": "Lifting",
     "inputs": "What was read",
