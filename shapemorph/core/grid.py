@@ -36,6 +36,9 @@ class CorrelationGrid:
     bias_px : (R, C, 2) float64 or None
         Estimated systematic error of `deformed_px`, estimate - truth; NaN where it is not
         known. None where it was not estimated at all.
+    shared_px2 : (R, C) float64 or None
+        Random covariance of the x and the y component of `deformed_px`; NaN where not OK.
+        None: it was not estimated and is taken for 0.
     smoothing : float
         How finely the pictures were warped by what a first search had found: standard
         deviation of the averaging weights, in subsets; 0: they were not.
@@ -52,6 +55,7 @@ class CorrelationGrid:
     subset_size: int
     kernel_seconds: float
     bias_px: Floats | None = None
+    shared_px2: Floats | None = None
     smoothing: float = 0.0
 
     def __post_init__(self) -> None:
@@ -66,6 +70,8 @@ class CorrelationGrid:
         }
         if self.bias_px is not None:
             expected["bias_px"] = (*shape, 2)
+        if self.shared_px2 is not None:
+            expected["shared_px2"] = shape
         for name, wanted in expected.items():
             got = getattr(self, name).shape
             if got != wanted:
@@ -73,6 +79,14 @@ class CorrelationGrid:
         lost = ~np.isfinite(self.deformed_px).all(axis=-1)
         if not np.array_equal(lost, self.status != PointStatus.OK):
             raise DataError("deformed_px must be NaN exactly where status is not OK")
+
+    @property
+    def covariance_px2(self) -> Floats:
+        """Random covariance of `deformed_px`, (R, C, 2, 2); NaN where not OK."""
+        covariance = self.sigma_px[..., None] ** 2 * np.eye(2)
+        if self.shared_px2 is not None:
+            covariance[..., 0, 1] = covariance[..., 1, 0] = self.shared_px2
+        return covariance
 
     @property
     def ok_count(self) -> int:

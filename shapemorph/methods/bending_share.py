@@ -43,17 +43,20 @@ def bending_share(
         squares b and a that bending and the affine map leave in the deformed surface and
         the odds p: the likelihoods of both, for noise of unknown size. Next to 1 where
         noise hides which it was.
-    left : (N,)
-        The sum b, mm^2.
+    left : (N, 3, 3)
+        Sums of products of the components of what bending leaves along the deformed
+        surface, mm^2; their trace is b.
     """
     normal = _normal(fits[1])
     size = np.where(inside, (coordinates**2).sum(axis=2), 0.0).sum(axis=1)
     floor = _ROUNDING**2 * np.where(size > 0, size, 1.0)
     affine = _squares(_left_by_affine(coordinates, points, fits), inside) + floor
-    bending = _squares(_tangential(bent, normal), inside) + floor
+    remainder = np.where(inside[:, :, None], _tangential(bent, normal), 0.0)
+    left = np.swapaxes(remainder, 1, 2) @ remainder
+    bending = np.trace(left, axis1=1, axis2=2) + floor
     doubt = (inside.sum(axis=1) - 6) * np.log(bending / affine) + np.log(_STRETCHED)
     share: Floats = 1 / (1 + np.exp(np.clip(doubt, -500, 500)))
-    return share, bending - floor
+    return share, left
 
 
 def _left_by_affine(

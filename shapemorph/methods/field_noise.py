@@ -1,22 +1,22 @@
 """Random part of the uncertainty of positions and strains."""
 
 import numpy as np
-from scipy.ndimage import uniform_filter
+from scipy.ndimage import map_coordinates, uniform_filter
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.methods.grid_windows import Windows
-from shapemorph.methods.quadratic_fit import quadratics
+from shapemorph.methods.quadratic_fit import cubic_changes, quadratics
 from shapemorph.methods.tangent_fit import TangentFit
 
 _FEWEST = 100  # windows that settle the scatter to a few percent
 _QUIET, _QUIET_NORMAL = 0.25, -0.6745  # quantile of the misfits, and that of the unit normal
-_CLEARLY, _MOST = 1.6, 30.0  # times the misfit of noise: one mean in a hundred reaches the first
-_CUBIC_GAIN = 4.0
+_CLEARLY, _MOST = 1.8, 30.0  # times what noise does: one mean in a hundred reaches the first
+_NEAR, _STEP = 10, 5  # points: half width of surroundings of one noise, and between them
 _DOMAIN = 8  # subsets across: correlations have died out
 
 
 def position_covariance(
-    scales: tuple[Floats, Floats], gradient: Floats, sigma_px: Floats, sigma_mesh: Floats
+    scales: tuple[Floats, Floats], gradient: Floats, covariance_px2: Floats, sigma_mesh: Floats
 ) -> Floats:
     """Predict the covariance of a deformed position along its surface.
 
@@ -30,11 +30,11 @@ def position_covariance(
         mm/px.
     gradient : (N, 2, 2)
         d deformed px / d reference px.
-    sigma_px : (N, 2)
-        Standard deviation of the matched position, px.
+    covariance_px2 : (N, 2, 2)
+        Of the matched position.
     sigma_mesh : (N, 2)
-        That of one tangential component due to the reference and the deformed mesh, mm of
-        their own surfaces.
+        Standard deviation of one tangential component due to the reference and the deformed
+        mesh, mm of their own surfaces.
 
     Returns
     -------
@@ -43,32 +43,34 @@ def position_covariance(
         of the deformed file, mm^2.
     """
     reference, deformed = scales
-    matched = deformed * sigma_px[:, None]
     stretched = deformed @ gradient @ _pseudo_inverse(reference) * sigma_mesh[:, :1, None]
     own = deformed @ _pseudo_inverse(deformed) * sigma_mesh[:, 1:, None]
-    parts = np.concatenate([matched, stretched, own], axis=2)
-    covariance: Floats = parts @ np.swapaxes(parts, 1, 2)
+    parts = np.concatenate([stretched, own], axis=2)
+    matched = deformed @ covariance_px2 @ np.swapaxes(deformed, 1, 2)
+    covariance: Floats = matched + parts @ np.swapaxes(parts, 1, 2)
     return covariance
 
 
 def scatter_about_fits(
-    misfit: Floats, variance: Floats, correlation: Floats, offsets: Ints
+    misfit: Floats, cubic: Floats, variance: Floats, correlation: Floats, offsets: Ints
 ) -> tuple[float, Floats]:
     """Compare what window fits leave of the matched positions with what is predicted.
 
-    The quietest quarter of the windows tells the noise: kinks, wrong matches and what is
-    finer than the fits follow are elsewhere. Where windows all around leave clearly more
-    than that, the excess is taken for cubics. The slopes of a quadratic over five points
-    feel them more than noise that leaves as much: the variance is 8 times as large for a
-    cubic along the slope, 1.5 or 0 times for those across it; 4 is taken.
+    The quietest quarter of the windows tells the noise, of the slopes that around each
+    point: kinks, wrong matches and what is finer than the fits follow are elsewhere. Where a
+    fit with cubic terms would have found other slopes, all around and by clearly more than
+    noise makes it, that is taken for an error of the slopes.
 
     Parameters
     ----------
-    misfit : (R, C)
-        Sums of squares that quadratics leave of the two components along the surface over
+    misfit : (R, C, 2)
+        Sums of squares that quadratics leave of two components along the surface over
         full windows, mm^2; NaN where unknown.
-    variance : (R, C)
-        Predicted variance of both components together, mm^2.
+    cubic : (R, C, 2)
+        Sums of squares of what cubic terms would change in the two slopes of either
+        component, per step of the grid, mm^2; NaN likewise.
+    variance : (R, C, 2)
+        Predicted variance of these components, mm^2.
     correlation : (K, K)
         Between the errors of the points of a window.
     offsets : (K, 2)
@@ -77,27 +79,63 @@ def scatter_about_fits(
     Returns
     -------
     overall : float
-        Standard deviation of the positions over the predicted one; 1 where fewer than 100
-        windows can tell.
-    of_slopes : (R, C)
-        That of the slopes, `overall` or more.
+        Standard deviation of the positions over the predicted one, of both components
+        together; 1 where fewer than 100 windows can tell.
+    of_slopes : (R, C, 2)
+        That of the slopes of either component.
     """
     terms = quadratics(offsets[None].astype(np.float64))[0]
-    left = np.eye(len(terms)) - terms @ np.linalg.pinv(terms)
+    fit = np.linalg.pinv(terms)
+    left = np.eye(len(terms)) - terms @ fit
     expected = left @ correlation @ left
     mean = float(np.trace(expected))
-    freedom = 2 * mean**2 / float((expected**2).sum())  # of the two components
+    freedom = mean**2 / float((expected**2).sum())  # of one component
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = misfit / (variance * mean)
-    known = np.isfinite(ratio)
+        both = misfit.sum(axis=2) / (variance.sum(axis=2) * mean)
+        each = misfit / (variance * mean)
+    known = np.asarray(np.isfinite(each).all(axis=2))
     if np.count_nonzero(known) < _FEWEST:
         return 1.0, np.ones_like(misfit)
+    overall = _of_the_quiet(both[known], 2 * freedom)
+    each[~known] = np.nan
+    squares = np.stack([_of_the_quiet_around(each[..., k], freedom) for k in (0, 1)], axis=2)
+    changes = _variance(cubic_changes(offsets), correlation)
+    noise = _variance(fit[1:3], correlation)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = (cubic / (variance * squares * changes)).mean(axis=2)
+    around = _local_mean(np.minimum(np.where(known, ratio, 0.0), _MOST), known)
+    excess = np.maximum(around - _CLEARLY, 0.0) * changes / noise
+    return float(np.sqrt(overall)), np.sqrt(squares * (1 + excess[..., None]))
+
+
+def _variance(slopes: Floats, correlation: Floats) -> float:
+    """Variance of two slopes (2, K) together, of data of unit variance."""
+    return float(np.trace(slopes @ correlation @ slopes.T))
+
+
+def _of_the_quiet(ratios: Floats, freedom: float) -> float:
+    """Mean of ratios that are noise, from their lower quartile (Wilson and Hilferty, 1931)."""
     spread = 2 / (9 * freedom)
-    quiet = (1 - spread + _QUIET_NORMAL * np.sqrt(spread)) ** 3  # Wilson and Hilferty, 1931
-    square = float(np.quantile(ratio[known], _QUIET)) / quiet
-    around = _local_mean(np.minimum(np.where(known, ratio, 0.0) / square, _MOST), known)
-    excess = np.maximum(around - _CLEARLY, 0.0)
-    return float(np.sqrt(square)), np.sqrt(square * (1 + _CUBIC_GAIN * excess))
+    quiet = (1 - spread + _QUIET_NORMAL * np.sqrt(spread)) ** 3
+    return float(np.quantile(ratios, _QUIET) / quiet)
+
+
+def _of_the_quiet_around(ratios: Floats, freedom: float) -> Floats:
+    """Mean of ratios (R, C) that are noise, around each point; of all where too few are near."""
+    places = [np.arange(0, size + _STEP, _STEP) for size in ratios.shape]
+    found = np.full((len(places[0]), len(places[1])), np.nan)
+    for index in np.ndindex(found.shape):
+        rows, columns = (
+            slice(max(at[k] - _NEAR, 0), at[k] + _NEAR + 1)
+            for at, k in zip(places, index, strict=True)
+        )
+        near = ratios[rows, columns]
+        near = near[np.isfinite(near)]
+        if len(near) >= _FEWEST:
+            found[index] = _of_the_quiet(near, freedom)
+    found[np.isnan(found)] = _of_the_quiet(ratios[np.isfinite(ratios)], freedom)
+    at = np.mgrid[: ratios.shape[0], : ratios.shape[1]] / _STEP
+    return np.asarray(map_coordinates(found, at, order=1))
 
 
 def _local_mean(values: Floats, known: Bools) -> Floats:
@@ -186,6 +224,35 @@ def match_correlation(offsets: Ints, *, spacing: int, subset_size: int, smoothin
     return correlation
 
 
+def uncorrelated(covariance_px2: Floats, windows: Windows) -> tuple[Floats, Floats]:
+    """Turn to axes in which the two components of an error have nothing in common.
+
+    They are those of the centre of each window; what neighbours still have in common in
+    them is left out. (A picture that was stretched twofold at 45 degrees has errors twice as
+    large along the stretch as across; x and y alone do not tell.)
+
+    Parameters
+    ----------
+    covariance_px2 : (P, 2, 2)
+        Of the errors of all grid points, px^2.
+    windows : Windows
+        Of N windows with K points.
+
+    Returns
+    -------
+    axes : (N, 2, 2)
+        Orthonormal, in columns.
+    sigma : (N, K, 2)
+        Standard deviations along them at the points of the windows, px.
+    """
+    centre = np.where(np.isfinite(covariance_px2), covariance_px2, 0.0)[windows.centres]
+    axes = np.linalg.eigh(centre)[1]
+    x, y = axes[:, None, 0], axes[:, None, 1]
+    xx, xy, yy = (covariance_px2[:, i, j][windows.neighbours] for i, j in ((0, 0), (0, 1), (1, 1)))
+    variance = xx[..., None] * x**2 + 2 * xy[..., None] * x * y + yy[..., None] * y**2
+    return axes, np.sqrt(np.maximum(variance, 0.0))
+
+
 def slope_noise(fit: TangentFit, windows: Windows, sigma: Floats, correlation: Floats) -> Floats:
     """Propagate errors of positions through the slopes of a window fit.
 
@@ -194,70 +261,18 @@ def slope_noise(fit: TangentFit, windows: Windows, sigma: Floats, correlation: F
     fit : TangentFit
     windows : Windows
         Of N windows with K points.
-    sigma : (P, 2)
-        Standard deviations of the x and y components of an error at all grid points.
+    sigma : (N, K, 2)
+        Standard deviations of two independent components of an error at the points of
+        the windows.
     correlation : (K, K)
         Between the errors of the points of a window.
 
     Returns
     -------
     (N, 2, 2, 2)
-        Covariance of the two slopes (last two axes) of the error's x and y component
-        (axis 1).
+        Covariance of the two slopes (last two axes) of the error's components (axis 1).
     """
-    used = np.where(windows.inside[:, :, None], sigma[windows.neighbours], 0.0)
+    used = np.where(windows.inside[:, :, None], sigma, 0.0)
     weighted = fit.slopes[:, None] * np.swapaxes(used, 1, 2)[:, :, None]
     covariance: Floats = weighted @ correlation @ np.swapaxes(weighted, 2, 3)
     return covariance
-
-
-def strain_noise(slopes: Floats, carriers: Floats) -> Floats:
-    """Turn the noise of slopes into that of Green-Lagrange strain.
-
-    An error field e changes the strain by dE_ab = (e_,a . w_b + e_,b . w_a) / 2. If e is
-    given on the deformed surface, w_a = F_a; on the reference surface, w_a = C_a with
-    C = F^T F; in px of the deformed picture, w_a = J^-1 C_a, where J carries reference
-    tangent coordinates to that picture.
-
-    Parameters
-    ----------
-    slopes : (N, 2, 2, 2)
-        From :func:`slope_noise`.
-    carriers : (N, 2, 2)
-        w_a for the two axes a (axis 1).
-
-    Returns
-    -------
-    (N, 4)
-        Standard deviations of E11, E22, E12 and of E11 - E22.
-    """
-    own = np.einsum("nac,ncaa->na", carriers**2, slopes)
-    crossed = np.einsum("nac,ncbb->nab", carriers**2, slopes)
-    mixed = np.einsum("nc,nc->n", carriers[:, 0] * carriers[:, 1], slopes[:, :, 0, 1])
-    shear = (crossed[:, 0, 1] + crossed[:, 1, 0] + 2 * mixed) / 4
-    difference = own[:, 0] + own[:, 1] - 2 * mixed
-    variances = np.stack([own[:, 0], own[:, 1], shear, difference], axis=1)
-    noise: Floats = np.sqrt(np.maximum(variances, 0))
-    return noise
-
-
-def turned(noise: Floats, carriers: Floats, direction: Floats) -> tuple[Floats, Floats]:
-    """Refer slopes and carriers to axes along and across a direction of the tangent plane.
-
-    Parameters
-    ----------
-    noise : (N, 2, 2, 2)
-        From :func:`slope_noise`.
-    carriers : (N, 2, 2)
-        As in :func:`strain_noise`.
-    direction : (N, 2)
-        Unit vectors.
-
-    Returns
-    -------
-    The same two arrays in the turned axes.
-    """
-    cosine, sine = direction[:, 0], direction[:, 1]
-    axes = np.stack([cosine, sine, -sine, cosine], axis=1).reshape(-1, 2, 2)
-    across = axes[:, None]
-    return across @ noise @ np.swapaxes(across, 2, 3), axes @ carriers

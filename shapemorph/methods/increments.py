@@ -71,8 +71,8 @@ def compose_grids(
     positions = _positions(increment, cells)
     found = (cells.weight.sum(axis=1) > 0) & _on_mask(shown, positions)
     gradient = _blend(increment.gradient, cells)
-    carried = np.einsum("nij,nj->ni", gradient**2, first.sigma_px[known] ** 2)
-    sigma = np.sqrt(carried + _blend(increment.sigma_px, cells) ** 2)
+    carried = gradient @ first.covariance_px2[known] @ np.swapaxes(gradient, 1, 2)
+    covariance = carried + _blend(increment.covariance_px2, cells)
     nearest = _nearest(increment, at)
     reason = np.where(
         np.isin(increment.status[nearest], (PointStatus.OK, PointStatus.OUTSIDE_MASK)),
@@ -87,12 +87,13 @@ def compose_grids(
         gradient=_spread(first, known, found, gradient @ first.gradient[known]),
         zncc=_spread(first, known, found, _blend(increment.zncc, cells)),
         iterations=_iterations(first, known, increment.iterations[nearest]),
-        sigma_px=_spread(first, known, found, sigma),
+        sigma_px=_spread(first, known, found, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))),
         status=status,
         spacing=first.spacing,
         subset_size=first.subset_size,
         kernel_seconds=increment.kernel_seconds,
         bias_px=_carried_bias(first, increment, cells, gradient, found),
+        shared_px2=_spread(first, known, found, covariance[:, 0, 1]),
     )
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shapemorph.core.arrays import Bools, Floats
+from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.methods.least_squares import fit_operators
 
 WORST_CONDITION = 1e7  # of normal equations in coordinates of order one
@@ -47,6 +47,28 @@ def quadratics(coordinates: Floats) -> Floats:
     """Monomials 1, x, y, x^2, xy, y^2 of coordinates (N, K, 2), (N, K, 6)."""
     x, y = np.moveaxis(coordinates, 2, 0)
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
+
+
+def cubic_changes(offsets: Ints) -> Floats:
+    """Find what cubic terms change in the slopes at the centre of a window, (2, K).
+
+    Parameters
+    ----------
+    offsets : (K, 2)
+        Of the points of a window, in grid points.
+
+    Returns
+    -------
+    (2, K)
+        Times data: slopes, per step of the grid, of the cubic through them, less those of
+        the quadratic.
+    """
+    places = offsets.astype(np.float64)
+    x, y = places.T
+    plain = quadratics(places[None])[0]
+    full = np.column_stack([plain, x**3, x * x * y, x * y * y, y**3])
+    changes: Floats = np.linalg.pinv(full)[1:3] - np.linalg.pinv(plain)[1:3]
+    return changes
 
 
 def _width(coordinates: Floats, inside: Bools) -> Floats:

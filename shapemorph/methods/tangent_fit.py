@@ -9,7 +9,12 @@ from shapemorph.methods.bending import bending_cubics, bending_terms, normal_ben
 from shapemorph.methods.bending_share import bending_share
 from shapemorph.methods.grid_windows import Windows
 from shapemorph.methods.least_squares import fit_operators
-from shapemorph.methods.quadratic_fit import WORST_CONDITION, quadratic_operators, quadratics
+from shapemorph.methods.quadratic_fit import (
+    WORST_CONDITION,
+    cubic_changes,
+    quadratic_operators,
+    quadratics,
+)
 
 _STEEPEST = 0.5  # cosine of the largest tilt of a chord from the tangent plane
 
@@ -35,9 +40,12 @@ class TangentFit:
         coordinates in `tangent`, 1/mm.
     bend_gain : (N,) float64
         Standard deviation of one of them for heights with independent unit noise, 1/mm^2.
-    misfit : (N,) float64
-        Sum of squares that the fit leaves of the deformed positions along their surface,
-        mm^2.
+    misfit : (N, 3, 3) float64
+        Sums of products of the components that the fit leaves of the deformed positions
+        along their surface, mm^2.
+    cubic : (N, 2, 3) float64
+        What cubic terms would change in the slopes of the deformed positions, per step of the
+        grid along columns and rows, mm; means nothing where the window is not whole.
     """
 
     tangent: Floats
@@ -47,6 +55,7 @@ class TangentFit:
     bends: tuple[Floats, Floats]
     bend_gain: Floats
     misfit: Floats
+    cubic: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,10 +102,10 @@ def fit_tangent(
     patch = _gather(reference, deformed, windows)
     picture = _relative(reference_px, windows)
     plane, mm_per_px = _plane(patch, picture)
-    return _fit(patch, plane, mm_per_px)
+    return _fit(patch, plane, mm_per_px, cubic_changes(windows.offsets))
 
 
-def _fit(patch: _Patch, plane: Floats, mm_per_px: Floats) -> TangentFit:
+def _fit(patch: _Patch, plane: Floats, mm_per_px: Floats, changes: Floats) -> TangentFit:
     """Fit in coordinates of `plane`, then refer everything to the fitted tangent plane."""
     coordinates, inside = _project(patch, plane)
     operators = quadratic_operators(coordinates, inside)
@@ -124,6 +133,7 @@ def _fit(patch: _Patch, plane: Floats, mm_per_px: Floats) -> TangentFit:
         bends=(bends[0], bends[1]),
         bend_gain=gain,
         misfit=misfit,
+        cubic=changes @ bent,
     )
 
 

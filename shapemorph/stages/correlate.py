@@ -239,13 +239,13 @@ def _compose(
     """Carry what was found in the morphed picture on into the deformed one."""
     deformed, slope = _through_warp(warp, found.position)
     gradient = slope @ found.gradient
-    variance = np.einsum("rcik,rckl,rcil->rci", slope, covariance, slope)
-    finite = np.isfinite(deformed).all(axis=-1) & np.isfinite(variance).all(axis=-1)
+    carried = slope @ covariance @ np.swapaxes(slope, -1, -2)
+    finite = np.isfinite(deformed).all(axis=-1) & np.isfinite(carried).all(axis=(-1, -2))
     status = np.where(found.ok & ~finite, np.uint8(PointStatus.LEFT_IMAGE), found.status)
     lost = status != PointStatus.OK
     if lost.all():
         raise StageError(_nothing(status))
-    for values in (deformed, gradient, variance):
+    for values in (deformed, gradient, carried):
         values[lost] = np.nan
     return CorrelationGrid(
         reference_px=grid.points.astype(np.float64),
@@ -253,11 +253,12 @@ def _compose(
         gradient=gradient,
         zncc=found.zncc,
         iterations=found.iterations,
-        sigma_px=np.sqrt(variance),
+        sigma_px=np.sqrt(np.diagonal(carried, axis1=-2, axis2=-1)),
         status=status,
         spacing=grid.spacing,
         subset_size=2 * settings.radius + 1,
         kernel_seconds=seconds,
+        shared_px2=carried[..., 0, 1],
     )
 
 

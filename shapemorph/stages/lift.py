@@ -16,7 +16,7 @@ from shapemorph.methods.mesh_noise import vertex_noise
 from shapemorph.methods.picture_scale import mm_per_px
 from shapemorph.methods.surface_lookup import locate, positions
 from shapemorph.methods.threads import run_at_once
-from shapemorph.methods.vertex_averaging import averaged_noise
+from shapemorph.methods.vertex_averaging import averaged_noise, leverage_of_cut_subsets
 from shapemorph.methods.vertex_normals import normals_at, vertex_normals
 
 _NORMAL_PASSES = 2  # averages over the faces around: about two edges wide
@@ -78,7 +78,10 @@ def lift(
         for points, vertex in ((before, noise[0]), (after, noise[1]))
     ]
     covariance = position_covariance(
-        scales, grid.gradient.reshape(-1, 2, 2), grid.sigma_px.reshape(-1, 2), sigma_mesh
+        scales,
+        grid.gradient.reshape(-1, 2, 2),
+        grid.covariance_px2.reshape(-1, 2, 2),
+        sigma_mesh,
     )
     variance = np.trace(covariance, axis1=1, axis2=2) + heights[0] ** 2 + heights[1] ** 2
     return TrackedSurface(
@@ -131,7 +134,9 @@ def _sigma_mesh(
         averaged_noise(reference.chart.vertex_px, before, width, vertex_noise=noise[0]),
         averaged_noise(deformed.chart.vertex_px, after, width * scale, vertex_noise=noise[1]),
     ]
-    return np.stack(sides, axis=1)
+    points = np.rint(before).astype(np.int64)
+    cut = leverage_of_cut_subsets(reference.image.mask, points, grid.subset_size)
+    return np.stack(sides, axis=1) * cut[:, None]
 
 
 def _determinant(matrices: Floats) -> Floats:

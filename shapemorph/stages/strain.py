@@ -15,13 +15,13 @@ from shapemorph.methods.field_noise import (
     match_correlation,
     scatter_about_fits,
     slope_noise,
-    strain_noise,
-    turned,
+    uncorrelated,
 )
 from shapemorph.methods.grid_windows import Windows, connected_windows
 from shapemorph.methods.measures import WITHIN_NOISE
 from shapemorph.methods.mid_surface import Curvatures, curvatures, mid_metric
 from shapemorph.methods.principal import principal
+from shapemorph.methods.strain_noise import joined, noise_parts
 from shapemorph.methods.tangent_fit import TangentFit, fit_tangent
 
 _CHUNK_POINTS = 400_000  # window points fitted at a time: bounds memory to some 200 MB
@@ -38,10 +38,12 @@ class _Points:
     values: Floats
     direction: Floats
     direction_deformed: Floats
-    sigma_tensor: Floats
-    sigma_values: Floats
+    parts_of_tensor: Floats
+    parts_of_values: Floats
     mm_per_px: Floats
     misfit: Floats
+    cubic: Floats
+    predicted: Floats
 
 
 def strain(tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig) -> StrainField:
@@ -77,13 +79,13 @@ def strain(tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig)
             f"{config.window} points, got none of {usable.size} ({count_statuses(tracked.status)}):"
             f" lower correlate.spacing, or look for why points were lost"
         )
-    scatter, of_slopes = _scatter(points, tracked, grid, config)
-    _settle_noise(points, of_slopes.ravel())
+    scatter = _scatter(points, tracked, grid, config)
     return _field(points, tracked, grid, config, scatter)
 
 
 def _nothing(count: int) -> _Points:
-    shapes = [(2, 3), (2, 3), (2, 2), (2, 2), (2,), (3,), (3,), (3,), (3,), (), ()]
+    shapes = [(2, 3), (2, 3), (2, 2), (2, 2), (2,), (3,), (3,), (3, 3), (3, 3), ()]
+    shapes += [(2,), (2,), (2,)]
     return _Points(*(np.full((count, *shape), np.nan) for shape in shapes))
 
 
@@ -158,13 +160,16 @@ def _measure(
     points.tensor[rows], points.values[rows] = tensor, values
     points.mm_per_px[rows] = fit.mm_per_px
     full = windows.inside.all(axis=1) & (windows.inside.shape[1] == window**2)
-    points.misfit[rows] = np.where(full, fit.misfit, np.nan)
     sources = _noise_sources(fit, windows, points.gradient[rows], tracked, grid)
-    points.sigma_tensor[rows] = _combined(sources, curving)[:, :3]
-    noise = _combined([turned(*source, direction) for source in sources], curving)
-    points.sigma_values[rows] = noise[:, [0, 1, 3]]
+    parts = noise_parts(sources, direction, curving)
+    points.parts_of_tensor[rows], points.parts_of_values[rows] = parts
     points.direction[rows] = _in_space(fit.tangent, direction)
-    points.direction_deformed[rows] = _unit(fit.gradient @ direction[:, :, None])
+    axes = _deformed_axes(fit.gradient, direction)
+    points.direction_deformed[rows] = axes[:, :, 0]
+    points.misfit[rows] = np.where(full[:, None], _along(axes, fit.misfit), np.nan)
+    points.cubic[rows] = np.where(full[:, None], ((fit.cubic @ axes) ** 2).sum(axis=1), np.nan)
+    if tracked.covariance is not None:
+        points.predicted[rows] = _along(axes, tracked.covariance.reshape(-1, 3, 3)[rows])
 
 
 def _noise_sources(
@@ -178,11 +183,12 @@ def _noise_sources(
     correlation = _correlation(windows.offsets, grid)
     metric = np.swapaxes(gradient, 1, 2) @ gradient
     by_px = metric @ np.swapaxes(_mm_per_px(fit, windows, grid), 1, 2)
-    pictures = slope_noise(fit, windows, grid.sigma_px.reshape(-1, 2), correlation)
-    sources = [(pictures, by_px)]
+    axes, sigma_px = uncorrelated(grid.covariance_px2.reshape(-1, 2, 2), windows)
+    sources = [(slope_noise(fit, windows, sigma_px, correlation), by_px @ axes)]
     if tracked.sigma_mesh is not None:
         for side, carriers in ((0, metric), (1, np.swapaxes(gradient, 1, 2))):
-            sigma = np.repeat(tracked.sigma_mesh[..., side].reshape(-1, 1), 2, axis=1)
+            along = tracked.sigma_mesh[..., side].ravel()[windows.neighbours]
+            sigma = np.repeat(along[..., None], 2, axis=2)
             sources.append((slope_noise(fit, windows, sigma, correlation), carriers))
     return sources
 
@@ -193,39 +199,36 @@ def _correlation(offsets: Ints, grid: CorrelationGrid) -> Floats:
     )
 
 
+def _deformed_axes(gradient: Floats, direction: Floats) -> Floats:
+    """Find the unit vectors that the principal directions become, (N, 3, 2)."""
+    across = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+    images = [_unit(gradient @ side[:, :, None]) for side in (direction, across)]
+    return np.stack(images, axis=2)
+
+
+def _along(axes: Floats, moments: Floats) -> Floats:
+    """Second moments (N, 3, 3) along two axes (N, 3, 2), (N, 2)."""
+    found: Floats = (axes * (moments @ axes)).sum(axis=1)
+    return found
+
+
 def _scatter(
     points: _Points, tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig
 ) -> tuple[float, Floats]:
     """Measure the scatter of the matches about the fits over the predicted one."""
     if tracked.covariance is None:
-        return 1.0, np.ones(tracked.status.shape)
+        return 1.0, np.ones((tracked.status.size, 2))
     span = np.arange(config.window) - config.window // 2
     offsets = np.stack([part.ravel() for part in np.meshgrid(span, span)], axis=1)
-    variance = np.trace(tracked.covariance, axis1=2, axis2=3)
-    misfit = points.misfit.reshape(variance.shape)
-    return scatter_about_fits(misfit, variance, _correlation(offsets, grid), offsets)
-
-
-def _settle_noise(points: _Points, scatter: Floats) -> None:
-    """Multiply the predictions by the scatter, and drop directions that are noise."""
-    points.sigma_tensor[:] *= scatter[:, None]
-    points.sigma_values[:] *= scatter[:, None]
-    apart = points.values[:, 0] - points.values[:, 1]
-    lost = ~(apart > WITHIN_NOISE * points.sigma_values[:, 2])
-    points.direction[lost] = points.direction_deformed[lost] = np.nan
-
-
-def _combined(sources: list[tuple[Floats, Floats]], curving: Floats) -> Floats:
-    """Add independent sources: noise of E11, E22, E12 and E11 - E22, (N, 4).
-
-    What curvatures add (N, 2) is taken to be alike in all directions, half of it in E12.
-    """
-    variances = [strain_noise(slopes, carriers) ** 2 for slopes, carriers in sources]
-    first, second = (curving**2).T
-    mean = (first + second) / 2
-    added = np.stack([first, second, mean / 2, first + second], axis=1)
-    combined: Floats = np.sqrt(np.sum(variances, axis=0) + added)
-    return combined
+    shape = (*tracked.status.shape, 2)
+    overall, of_slopes = scatter_about_fits(
+        points.misfit.reshape(shape),
+        points.cubic.reshape(shape),
+        points.predicted.reshape(shape),
+        _correlation(offsets, grid),
+        offsets,
+    )
+    return overall, of_slopes.reshape(-1, 2)
 
 
 def _mm_per_px(fit: TangentFit, windows: Windows, grid: CorrelationGrid) -> Floats:
@@ -265,9 +268,15 @@ def _field(
     tracked: TrackedSurface,
     grid: CorrelationGrid,
     config: StrainConfig,
-    scatter: float,
+    scatter: tuple[float, Floats],
 ) -> StrainField:
+    """Put everything together; directions that are noise are dropped."""
     shape = tracked.status.shape
+    sigma_tensor = joined(points.parts_of_tensor, scatter[1])
+    sigma_values = joined(points.parts_of_values, scatter[1])
+    apart = points.values[:, 0] - points.values[:, 1]
+    lost = ~(apart > WITHIN_NOISE * sigma_values[:, 2])
+    points.direction[lost] = points.direction_deformed[lost] = np.nan
     gauge_px = float((config.window - 1) * grid.spacing + grid.subset_size)
     return StrainField(
         tangent=points.tangent.reshape(*shape, 2, 3),
@@ -278,12 +287,12 @@ def _field(
         e2=points.values[:, 1].reshape(shape),
         direction_1=points.direction.reshape(*shape, 3),
         direction_1_deformed=points.direction_deformed.reshape(*shape, 3),
-        sigma_tensor=points.sigma_tensor.reshape(*shape, 3),
-        sigma_e1=points.sigma_values[:, 0].reshape(shape),
-        sigma_e2=points.sigma_values[:, 1].reshape(shape),
-        sigma_difference=points.sigma_values[:, 2].reshape(shape),
+        sigma_tensor=sigma_tensor.reshape(*shape, 3),
+        sigma_e1=sigma_values[:, 0].reshape(shape),
+        sigma_e2=sigma_values[:, 1].reshape(shape),
+        sigma_difference=sigma_values[:, 2].reshape(shape),
         facet_tensor=facet_strain(tracked.reference, tracked.deformed),
-        scatter=scatter,
+        scatter=scatter[0],
         window=config.window,
         gauge_px=gauge_px,
         gauge_mm=gauge_px * float(np.nanmedian(points.mm_per_px)),

@@ -13,8 +13,8 @@ from shapemorph.methods.field_noise import (
     overlap_correlation,
     position_covariance,
     scatter_about_fits,
-    strain_noise,
 )
+from shapemorph.methods.quadratic_fit import cubic_changes
 from shapemorph.stages.strain import strain
 
 SPACING, SUBSET = 7, 19  # px
@@ -44,11 +44,16 @@ def test_noise_along_the_surface_adds_pictures_and_both_meshes():
     deformed = np.array([[[0.2, 0.0], [0.0, 0.0], [0.0, 0.1]]])
     gradient = np.array([[[1.5, 0.0], [0.0, 1.0]]])
     found = position_covariance(
-        (reference, deformed), gradient, np.array([[0.03, 0.05]]), np.array([[0.002, 0.003]])
+        (reference, deformed),
+        gradient,
+        np.array([[[0.03**2, 0.0004], [0.0004, 0.05**2]]]),
+        np.array([[0.002, 0.003]]),
     )
     along = (0.2 * 0.03) ** 2 + (3 * 0.002) ** 2 + 0.003**2  # the surface is stretched by 3
     other = (0.1 * 0.05) ** 2 + 0.002**2 + 0.003**2
-    np.testing.assert_allclose(found[0], np.diag([along, 0, other]), atol=1e-18)
+    expected = np.diag([along, 0, other])
+    expected[0, 2] = expected[2, 0] = 0.2 * 0.0004 * 0.1
+    np.testing.assert_allclose(found[0], expected, atol=1e-18)
 
 
 def test_errors_of_matches_in_a_renewed_warp_are_correlated_as_filtered_noise():
@@ -76,7 +81,7 @@ def test_errors_of_matches_in_a_renewed_warp_are_correlated_as_filtered_noise():
 def test_scatter_is_that_of_the_noise_through_kinks_and_wrong_matches():
     rng = np.random.default_rng(12)
     tracked, grid = tracked_sheet(rng, "pictures")
-    covariance = np.diag([*(0.08 * ERRORS["pictures"][2]) ** 2 / 4, 0.0])  # half of the noise
+    covariance = np.diag([*(0.08 * np.diag(ERRORS["pictures"][2])) ** 2 / 4, 0.0])  # half of it
     deformed = tracked.deformed.copy()
     deformed[20, 30] += 5.0
     deformed[:, 45:, 1] += 0.1 * np.arange(15)
@@ -89,14 +94,40 @@ def test_scatter_is_that_of_the_noise_through_kinks_and_wrong_matches():
     assert bare.scatter == 1.0
     quiet, kink = (slice(0, 40), slice(0, 25)), (slice(0, 40), 44)
     ratio = field.sigma_e1 / bare.sigma_e1
-    assert np.median(ratio[*quiet]) == pytest.approx(field.scatter)
+    assert np.median(ratio[*quiet]) == pytest.approx(2.0, rel=0.1)
     assert (ratio[*kink] > 2 * field.scatter).all()  # the fits do not follow it
+
+
+def test_scatter_is_told_along_and_across_the_stretch():
+    rng = np.random.default_rng(14)
+    tracked, grid = tracked_sheet(rng, "stretched pictures")
+    direction = np.linalg.eigh(CHANGE.T @ CHANGE)[1][:, 1]
+    along = CHANGE @ direction / np.linalg.norm(CHANGE @ direction)
+    shrink = np.eye(2) - 0.5 * np.outer(along, along)  # half as much as there is, along it
+    true = (0.08 * 0.02) ** 2 * CHANGE @ CHANGE.T
+    covariance = np.zeros((*tracked.status.shape, 3, 3))
+    covariance[..., :2, :2] = shrink @ true @ shrink
+    field = strain(replace(tracked, covariance=covariance), grid, StrainConfig())
+    bare = strain(tracked, grid, StrainConfig())
+    inner = (slice(3, -3), slice(3, -3))
+    assert np.median((field.sigma_e1 / bare.sigma_e1)[inner]) == pytest.approx(2.0, rel=0.1)
+    assert np.median((field.sigma_e2 / bare.sigma_e2)[inner]) == pytest.approx(1.0, rel=0.1)
+    assert 1.5 < field.scatter < 2.0
+
+
+def test_cubic_terms_change_the_slopes_of_cubics_alone():
+    offsets = np.stack(np.meshgrid(np.arange(-2, 3), np.arange(-2, 3)), axis=-1).reshape(-1, 2)
+    x, y = offsets.T.astype(float)
+    data = np.stack([1 + 2 * x - y + x * y + 3 * y**2, x**3, y**3], axis=1)
+    # the best line through x^3 at -2 ... 2 has the slope 34 / 10
+    expected = [[0, -3.4, 0], [0, 0, -3.4]]
+    np.testing.assert_allclose(cubic_changes(offsets) @ data, expected, atol=1e-12)
 
 
 def test_few_windows_do_not_tell_the_scatter():
     offsets = np.stack(np.meshgrid(range(3), range(3)), axis=-1).reshape(-1, 2)
-    nothing = np.ones((9, 11))
-    overall, of_slopes = scatter_about_fits(nothing, nothing, np.eye(9), offsets)
+    nothing = np.ones((9, 11, 2))
+    overall, of_slopes = scatter_about_fits(nothing, nothing, nothing, np.eye(9), offsets)
     assert overall == 1.0
     assert (of_slopes == 1.0).all()
 
@@ -105,20 +136,6 @@ def test_interpolation_between_three_vertices_averages_their_noise():
     weights = np.array([[1.0, 0, 0], [0.5, 0.5, 0]])
     found = interpolated_noise(weights, vertex_noise=0.006)
     np.testing.assert_allclose(found, [0.006, 0.006 / np.sqrt(2)])
-
-
-def test_noise_of_every_strain_component_is_that_of_drawn_errors():
-    rng = np.random.default_rng(24)
-    slopes, carriers = rng.normal(size=(2, 7)), rng.normal(size=(2, 2))
-    spread = np.array([0.3, 0.7])
-    errors = rng.normal(size=(200_000, 7, 2)) * spread
-    change = np.einsum("bk,nkc,ac->nab", slopes, errors, carriers)
-    strains = (change + np.swapaxes(change, 1, 2)) / 2
-    drawn = [strains[:, 0, 0], strains[:, 1, 1], strains[:, 0, 1]]
-    drawn.append(drawn[0] - drawn[1])
-    covariance = np.einsum("ak,bk,c->cab", slopes, slopes, spread**2)
-    found = strain_noise(covariance[None], carriers[None])[0]
-    np.testing.assert_allclose(found, np.std(drawn, axis=1), rtol=0.01)  # 0.2 % scatter
 
 
 CHANGE = np.array([[2.0, 0.9], [0.1, 1.2]])
@@ -130,7 +147,10 @@ def tracked_sheet(rng, source):
     j, i = np.meshgrid(np.arange(cols), np.arange(rows))
     picture = np.stack([j, i], axis=-1) * float(SPACING)
     error = averaged_noise(rng, rows, cols, 1.0)
-    before, after, after_px = (error * part for part in ERRORS[source])
+    before, after = (error * part for part in ERRORS[source][:2])
+    mixed = ERRORS[source][2]
+    after_px = error @ mixed.T
+    covariance = mixed @ mixed.T
     deformed = (0.1 * picture + before) @ CHANGE.T + after
     deformed_px = deformed / 0.08 + after_px  # the deformed picture has 0.08 mm/px
     flat = np.zeros((rows, cols, 1))
@@ -151,20 +171,22 @@ def tracked_sheet(rng, source):
         np.broadcast_to(CHANGE, (rows, cols, 2, 2)),
         np.ones((rows, cols)),
         np.ones((rows, cols), dtype=np.int64),
-        np.broadcast_to(ERRORS[source][2], (rows, cols, 2)),
+        np.broadcast_to(np.sqrt(np.diag(covariance)), (rows, cols, 2)),
         tracked.status,
         SPACING,
         SUBSET,
         0.0,
+        shared_px2=np.full((rows, cols), covariance[0, 1]),
     )
     return tracked, grid
 
 
 NONE = np.zeros(2)
 ERRORS = {  # on the reference surface (mm), on the deformed surface (mm), in the picture (px)
-    "pictures": (NONE, NONE, np.array([0.04, 0.02])),
-    "reference mesh": (np.full(2, 0.003), NONE, NONE),
-    "deformed mesh": (NONE, np.full(2, 0.003), NONE),
+    "pictures": (NONE, NONE, np.diag([0.04, 0.02])),
+    "stretched pictures": (NONE, NONE, 0.02 * CHANGE),
+    "reference mesh": (np.full(2, 0.003), NONE, np.zeros((2, 2))),
+    "deformed mesh": (NONE, np.full(2, 0.003), np.zeros((2, 2))),
 }
 
 

@@ -1,6 +1,11 @@
 import numpy as np
+import pytest
 
-from shapemorph.methods.vertex_averaging import averaged_noise, count_in_squares
+from shapemorph.methods.vertex_averaging import (
+    averaged_noise,
+    count_in_squares,
+    leverage_of_cut_subsets,
+)
 
 
 def test_count_agrees_with_looking_at_every_point():
@@ -30,3 +35,22 @@ def test_lost_point_has_no_noise_and_empty_square_claims_one_vertex():
     found = averaged_noise(np.zeros((4, 2)), centres, np.full(2, 10.0), vertex_noise=0.01)
     assert np.isnan(found[0])
     assert found[1] >= 0.01
+
+
+def test_a_cut_subset_is_as_noisy_as_a_plane_through_noise_at_its_point():
+    rng = np.random.default_rng(23)
+    mask = np.zeros((60, 60), dtype=bool)
+    mask[:, 30:] = True
+    mask[50:, 35:] = False
+    points = np.array([[30, 25], [34, 20], [33, 48], [45, 25], [2, 2], [-50, 900]])
+    found = leverage_of_cut_subsets(mask, points, 19)
+    noise = rng.normal(size=(4000, 19 * 19))
+    y, x = np.mgrid[-9:10, -9:10]
+    for (column, row), gain in zip(points[:3], found[:3], strict=True):
+        left = mask[row - 9 : row + 10, column - 9 : column + 10].ravel()
+        plane = np.stack([np.ones(19 * 19), x.ravel(), y.ravel()], axis=1)[left]
+        at_point = np.linalg.pinv(plane)[0] @ noise[:, left].T
+        mean = noise[:, left].mean(axis=1)
+        np.testing.assert_allclose(gain, at_point.std() / mean.std(), rtol=0.05)
+    np.testing.assert_array_equal(found[3:], 1.0)
+    assert found[0] == pytest.approx(2.0, rel=0.1)
