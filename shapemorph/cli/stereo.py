@@ -18,10 +18,13 @@ def write_stereo_twin(
     kind: str, output: Path | None, settings: Settings, say: Say
 ) -> tuple[list[Path], Path]:
     """Write a synthetic stereo experiment; return its files and folder."""
+    from shapemorph.pipeline.turntable import write_turntable_case
     from shapemorph.pipeline.twin import write_twin_case
 
     config, folder = read_twin(kind, settings), output or Path(f"{Path(kind).stem}_twin")
     with watching(say) as listener:
+        if config.kind == "bulge" and config.frames:
+            return write_turntable_case(config, folder, listener=listener)[1], folder
         return write_twin_case(config, folder, listener=listener), folder
 
 

@@ -49,6 +49,12 @@ class TargetConfig(Section):
     )
     dot_shape: Literal["round", "square"] = Field("round", description="points: of the dots")
     dark: bool = Field(True, description="dots, points: darker than what surrounds them")
+    least_px: float | None = Field(
+        None,
+        gt=0,
+        description="points: diameter of the smallest dot in the pictures, px; smaller spots "
+        "are no dots, such as the speckle of a part beside them",
+    )
     points: Path | None = Field(
         None,
         description="points: CSV row,column,x_mm,y_mm,z_mm of a target in space, its dots in rows "

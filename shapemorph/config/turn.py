@@ -32,7 +32,9 @@ class TurnConfig(Section):
     )
     angle: float = Field(20.0, gt=1, lt=60, description="between the views of a pair, degrees")
     patches: int | None = Field(
-        None, ge=1, description="pairs that are matched, evenly around; empty: all"
+        None,
+        ge=1,
+        description="pairs that are matched, evenly around; their pictures are read; empty: all",
     )
     px_per_mm: float | None = Field(
         None, gt=0, description="of the texture; empty: that of the pictures"

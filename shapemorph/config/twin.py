@@ -40,6 +40,13 @@ class TwinConfig(Section):
     exponent: float = Field(
         0.5, ge=0.3, le=1, description="bulge by fe: m of the flow stress K rate^m, the sensitivity"
     )
+    frames: int = Field(
+        360,
+        ge=0,
+        le=720,
+        description="bulge: pictures of each state on a turntable, evenly around, by one camera; "
+        "0: two cameras that look from above instead",
+    )
     rings: int = Field(
         24, ge=8, le=80, description="rings of elements; 6 times their square triangles"
     )
@@ -56,10 +63,12 @@ class TwinConfig(Section):
     seed: int = Field(0, ge=0, description="of everything random")
 
     @model_validator(mode="after")
-    def _punch_stays_on_the_sheet(self) -> Self:
+    def _can_be_made(self) -> Self:
         if self.kind == "membrane" and self.law == "analytic" and self.travel > 32.0:
             raise ValueError(
                 f"law analytic knows 32 mm of travel, got {self.travel:g}: lower travel or choose "
                 "law fe"
             )
+        if 0 < self.frames < 2:
+            raise ValueError(f"a turn needs two or more frames, got {self.frames}: or 0 for none")
         return self

@@ -125,6 +125,7 @@ def photograph(
     cell: Floats,
     edge: float,
     greys: Floats,
+    beside: Floats,
     lights: Floats,
     surface: Floats,
     samples: int,
@@ -145,8 +146,10 @@ def photograph(
         Of the sheet around material (0, 0), mm.
     blobs, origin, cell, edge
         The speckle; see :func:`shapemorph.kernels.painting.paint`.
-    greys : (3,)
-        Of blobs, between blobs and beside the sheet, 0 to 1.
+    greys : (2,)
+        Of blobs and between blobs, 0 to 1.
+    beside : (H, W)
+        Grey of what is seen beside the sheet.
     lights : (L, 4)
         Unit vector towards each light in the frame of the camera, and its strength.
     surface : (3,)
@@ -162,7 +165,7 @@ def photograph(
         Material coordinates at pixel centres, mm; NaN beside the sheet.
     """
     height, width = guess.shape[0], guess.shape[1]
-    grey = np.full((height, width), greys[2])
+    grey = beside.copy()
     material = np.full((height, width, 2), np.nan)
     dark, span = greys[0], greys[1] - greys[0]
     for row in prange(height):
@@ -201,6 +204,6 @@ def photograph(
                         bright = speckle_brightness(sx, sy, blobs, origin, cell, edge)
                         total += (dark + span * bright) * diffuse + mirrored
                     else:
-                        total += greys[2]
+                        total += beside[row, col]
             grey[row, col] = total / (samples * samples)
     return grey, material

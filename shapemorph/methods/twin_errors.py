@@ -8,8 +8,11 @@ from scipy.interpolate import LinearNDInterpolator
 from shapemorph.core.arrays import Floats
 from shapemorph.core.camera import Rig
 from shapemorph.core.measurement import Measurement
+from shapemorph.core.spline_map import SplineMap
 from shapemorph.core.status import PointStatus
 from shapemorph.core.stereo_twin import StereoTwin
+from shapemorph.core.transform import RigidTransform
+from shapemorph.methods.cameras.relative import compose
 from shapemorph.methods.principal import principal
 from shapemorph.methods.synthetic.membrane.smooth import map_points
 
@@ -58,13 +61,30 @@ def twin_points(twin: StereoTwin, measurement: Measurement, rig: Rig, state: int
     state : int
         That was measured against the first one.
     """
-    ok = measurement.arrays["status"] == PointStatus.OK
     there, own = twin.rig.cameras[0].pose.inverse(), rig.cameras[0].pose
-    before = there.apply(own.apply(measurement.reference[ok]))
-    moved = there.rotate(own.rotate(measurement.arrays["displacement"][ok]))
+    return points_of_sheet((twin.maps[0], twin.maps[state]), measurement, compose(there, own))
+
+
+def points_of_sheet(
+    maps: tuple[SplineMap, SplineMap], measurement: Measurement, body_from_reference: RigidTransform
+) -> TwinPoints:
+    """Find the truth at every point that was measured of a sheet that was flat before.
+
+    Parameters
+    ----------
+    maps : (SplineMap, SplineMap)
+        Where the material was and is, in the frame of the body.
+    measurement : Measurement
+        See :func:`twin_points`.
+    body_from_reference : RigidTransform
+        From the frame of the reference positions.
+    """
+    ok = measurement.arrays["status"] == PointStatus.OK
+    before = body_from_reference.apply(measurement.reference[ok])
+    moved = body_from_reference.rotate(measurement.arrays["displacement"][ok])
     material = before[:, :2]
-    first, _ = map_points(twin.maps[0], material)
-    last, slope = map_points(twin.maps[state], material)
+    first, _ = map_points(maps[0], material)
+    last, slope = map_points(maps[1], material)
     green = (np.swapaxes(slope, 1, 2) @ slope - np.eye(2)) / 2
     strain = np.stack([measurement.arrays[name][ok] for name in ("E1", "E2")], axis=1)
     return TwinPoints(material, moved, last - first, strain, principal(green)[0])

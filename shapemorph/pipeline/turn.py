@@ -18,6 +18,7 @@ from shapemorph.io.picture_sets import named_pictures
 from shapemorph.io.rig_files import read_poses, read_rig
 from shapemorph.io.safe_files import check_writable, move_files, scratch_folder, write_json
 from shapemorph.methods.cameras.averaged_grey import Photograph
+from shapemorph.methods.cameras.glare import without_glare
 from shapemorph.methods.cameras.relative import compose
 from shapemorph.methods.cameras.turn import Merged
 from shapemorph.pipeline.clock import Clock
@@ -33,11 +34,12 @@ GAP = 0.5  # of a pixel: patches that lie farther apart are doubted
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shot:
-    """A photograph and what it is called."""
+    """A photograph that was taken: its name, its files and its camera, placed."""
 
     name: str
     path: Path
-    photograph: Photograph
+    mask: Path | None
+    camera: Camera
 
 
 def reconstruct_turn(
@@ -46,7 +48,8 @@ def reconstruct_turn(
     """Reconstruct a part from photographs all around it.
 
     Pairs of neighbouring views are matched and triangulated, all points go into one cloud and
-    one mesh, and its texture is averaged over all photographs.
+    one mesh, and its texture is averaged over the photographs of these pairs; others are not
+    read.
 
     Parameters
     ----------
@@ -67,20 +70,25 @@ def reconstruct_turn(
 
     check_writable(folder)
     clock = Clock(listener)
-    shots = clock.run("read", lambda: _read(config, base))
-    cameras = [shot.photograph.camera for shot in shots]
+    shots = _list_shots(config, base)
+    cameras = [shot.camera for shot in shots]
     pairs = pair_up(cameras, angle=float(np.radians(config.angle)), patches=config.patches)
     if not pairs:
         raise DataError(
             f"no two of {len(shots)} views are about {config.angle:g} degrees apart: change angle"
         )
+    used = sorted({number for pair in pairs for number in pair})
+    read = clock.run("read", lambda: {number: _photograph(shots[number]) for number in used})
     rows: list[dict[str, Any]] = []
-    patches = [_patch(shots[a], shots[b], config, clock, rows) for a, b in pairs]
+    patches = [
+        _patch({shots[number].name: read[number] for number in pair}, config, clock, rows)
+        for pair in pairs
+    ]
     found = [patch for patch in patches if patch is not None]
     if not found:
         raise StageError(f"nothing was found in any of {len(pairs)} pairs: {rows[-1]['reason']}")
     merged = clock.run("merge", lambda: merge(found))
-    photographs = [shot.photograph for shot in shots]
+    photographs = list(read.values())
     with scratch_folder(folder) as scratch:
         surface = clock.run("mesh", lambda: _surface(merged, photographs, scratch))
         scale = config.px_per_mm or _scale(found)
@@ -91,7 +99,7 @@ def reconstruct_turn(
         doubted = doubted if gap * _scale(found) > GAP else []
         summary = {
             "verdict": {"level": WARN if doubted else "PASS", "reasons": doubted},
-            "views": len(shots),
+            "views": len(used),
             "patches": rows,
             "points": len(merged.points),
             "overlap_rms_mm": gap,
@@ -104,8 +112,8 @@ def reconstruct_turn(
         return PictureOutcome(folder, tuple(files), summary)
 
 
-def _read(config: TurnConfig, base: Path) -> list[_Shot]:
-    """Read all photographs; each camera is placed in the frame of the part."""
+def _list_shots(config: TurnConfig, base: Path) -> list[_Shot]:
+    """List all photographs; each camera is placed in the frame of the part."""
     calibration = base / config.calibration
     rig = read_rig(calibration, (1, 1))
     poses = read_poses(calibration, config.target)
@@ -119,10 +127,9 @@ def _read(config: TurnConfig, base: Path) -> list[_Shot]:
         masks = named_pictures(base, config.masks[name]) if name in config.masks else {}
         for key, path in named_pictures(base, pattern).items():
             if key in poses:
-                picture = _masked(path, masks.get(key, masks.get("")))
-                _require_size(camera, picture, path)
+                mask = masks.get(key, masks.get(""))
                 placed = camera.placed(compose(camera.pose, poses[key]))
-                shots.append(_Shot(f"{name} {key}", path, Photograph(placed, picture)))
+                shots.append(_Shot(f"{name} {key}", path, mask, placed))
     if len(shots) < 2:
         raise DataError(
             f"expected pictures of at least 2 views with a pose in {calibration.name}, got "
@@ -130,6 +137,12 @@ def _read(config: TurnConfig, base: Path) -> list[_Shot]:
             f"({', '.join(list(poses)[:3])}, ...)"
         )
     return shots
+
+
+def _photograph(shot: _Shot) -> Photograph:
+    picture = _masked(shot.path, shot.mask)
+    _require_size(shot.camera, picture, shot.path)
+    return Photograph(shot.camera, picture)
 
 
 def _masked(path: Path, mask: Path | None) -> GreyImage:
@@ -152,15 +165,15 @@ def _require_size(camera: Camera, picture: GreyImage, path: Path) -> None:
 
 
 def _patch(
-    one: _Shot, other: _Shot, config: TurnConfig, clock: Clock, rows: list[dict[str, Any]]
+    pair: dict[str, Photograph], config: TurnConfig, clock: Clock, rows: list[dict[str, Any]]
 ) -> Reconstruction | None:
     """Match and triangulate one pair; a pair without a result is a row with its reason."""
     run = RunConfig(match=config.match, morph=config.morph, correlate=config.correlate)
-    rig = Rig((one.photograph.camera, other.photograph.camera), (one.name, other.name))
-    row: dict[str, Any] = {"pair": [one.name, other.name], "reason": ""}
+    rig = Rig(tuple(photograph.camera for photograph in pair.values()), tuple(pair))
+    row: dict[str, Any] = {"pair": list(pair), "reason": ""}
     rows.append(row)
     try:
-        left, right = one.photograph.picture, other.photograph.picture
+        left, right = (without_glare(photograph.picture) for photograph in pair.values())
         grid = follow_pictures(left, right, run, picture_law_inputs(run), clock).grid
         found = clock.run("triangulate", lambda: reconstruct(rig, grid, config.reconstruct))
     except (StageError, DataError) as error:

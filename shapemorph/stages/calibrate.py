@@ -97,7 +97,8 @@ def find_target(
     config = finder.config
     if config.kind == "points":
         named = [_anchor(finder.target, anchor) for anchor in anchors]
-        return identify(finder.target, find_dots(grey, dark=config.dark), named)
+        spots = find_dots(grey, dark=config.dark, least_px=config.least_px)
+        return identify(finder.target, spots, named)
     if config.kind == "charuco":
         found = find_charuco(grey, finder.board)
         if found is None:

@@ -12,31 +12,14 @@ from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.twin_errors import TwinPoints
-from shapemorph.view.layout import BAR, EDGE, HEAD, Heading, write_heading
+from shapemorph.view.layout import Heading
+from shapemorph.view.panels import PAGE_STYLE, draw_photograph, draw_points, sheet
 from shapemorph.view.plots import even_selection
-from shapemorph.view.style import (
-    DEFORMED_COLOUR,
-    FAINT,
-    INK,
-    REFERENCE_COLOUR,
-    SMALL,
-    ColourScale,
-    colour_scale,
-    draw_colour_bar,
-    new_figure,
-    place_axes,
-    reduced,
-    write_text,
-)
+from shapemorph.view.style import DEFORMED_COLOUR, INK, REFERENCE_COLOUR, SMALL
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PANEL, BESIDE, BELOW = 340, 180, 90
-"""Side of a panel, room beside it for a colour bar, below it for its axis, px."""
-PICTURE = 900
-"""Longest side of a photograph in a figure, px."""
 ACROSS = 30
 """Points across a photograph that are drawn."""
 STRIP = 0.01
@@ -60,10 +43,10 @@ def stereo_figure(pictures: Sequence[Greys], measured: Measurement, rig: Rig) ->
     after = before + measured.arrays["displacement"][ok][some]
     titles = ("left, first", "right, first", "left, last", "right, last")
     heading = Heading("Stereo pairs", "some of the points that were followed")
-    figure, axes = _sheet(titles, 2, heading)
+    figure, axes = sheet(titles, 2, heading)
     for k, (own, picture) in enumerate(zip(axes, pictures, strict=True)):
         seen = rig.cameras[k % 2].project(before if k < 2 else after)
-        _draw_photograph(own, picture)
+        draw_photograph(own, picture)
         own.plot(seen[:, 0], seen[:, 1], ".", color=DEFORMED_COLOUR, markersize=1.6)
     return figure
 
@@ -72,12 +55,12 @@ def stages_figure(pictures: Sequence[GreyImage], matches: Matches) -> "Figure":
     """Draw the morph sequence from the left to the right view, and the disparities matched."""
     titles = [f"I{k + 1}" for k in range(len(pictures))] + ["du  [px]", "dv  [px]"]
     note = f"{len(matches.reference_px)} pairs of features; synthetic pictures between both ends"
-    figure, axes = _sheet(titles, 4, Heading("Stages of image-morphing, last state", note))
+    figure, axes = sheet(titles, 4, Heading("Stages of image-morphing, last state", note))
     for own, picture in zip(axes, pictures, strict=False):
-        _draw_photograph(own, picture.grey)
+        draw_photograph(own, picture.grey)
     shift = matches.deformed_px - matches.reference_px
     for own, values in zip(axes[-2:], shift.T, strict=True):
-        _draw_points(figure, own, matches.reference_px, values, "px")
+        draw_points(figure, own, matches.reference_px, values, "px")
         own.invert_yaxis()
     return figure
 
@@ -97,11 +80,11 @@ def gradient_figure(measured: Measurement, rig: Rig) -> "Figure":
     names = ("u_x", "u_y", "v_x", "v_y")
     titles = [f"{name}; {pair}" for pair in pairs for name in names]
     heading = Heading("Displacement gradients", "over the first left picture, px per px")
-    figure, axes = _sheet(titles, 4, heading)
+    figure, axes = sheet(titles, 4, heading)
     for row, (source, target) in enumerate(pairs.values()):
         slopes = _slopes(at, source, target)
         for k, own in enumerate(axes[4 * row : 4 * row + 4]):
-            _draw_points(figure, own, at, slopes[:, k], "–")
+            draw_points(figure, own, at, slopes[:, k], "–")
             own.invert_yaxis()
     return figure
 
@@ -118,9 +101,9 @@ def field_figure(points: TwinPoints) -> "Figure":
         ("E₂, Green–Lagrange", points.strain[:, 1], "–"),
     ]
     heading = Heading("Displacement and strain", "image-morphing, over the material")
-    figure, axes = _sheet([title for title, _, _ in fields], 3, heading)
+    figure, axes = sheet([title for title, _, _ in fields], 3, heading)
     for own, (_, values, unit) in zip(axes, fields, strict=True):
-        _draw_points(figure, own, points.material, values, unit)
+        draw_points(figure, own, points.material, values, unit)
     return figure
 
 
@@ -135,7 +118,7 @@ def profile_figure(points: Mapping[str, TwinPoints], truth: Sequence[Floats]) ->
     """
     wanted = (("w over x, y = 0", 2, 0), ("u over x, y = 0", 0, 0), ("v over y, x = 0", 1, 1))
     heading = Heading("Profiles", "lines: truth; points: measured in a strip around the diameter")
-    figure, axes = _sheet([f"{title}  [mm]" for title, _, _ in wanted], 3, heading)
+    figure, axes = sheet([f"{title}  [mm]" for title, _, _ in wanted], 3, heading)
     for own, line, (_, component, along) in zip(axes, truth, wanted, strict=True):
         for colour, (name, found) in zip(COLOURS, points.items(), strict=False):
             own.plot(
@@ -154,10 +137,10 @@ def error_figure(points: Mapping[str, TwinPoints]) -> "Figure":
     """Map the errors of u, v and w of every method against the truth."""
     titles = [f"{name}; {WORDS.get(method, method)}" for method in points for name in "uvw"]
     heading = Heading("Errors against the truth", "measured less true displacement, mm")
-    figure, axes = _sheet(titles, 3, heading)
+    figure, axes = sheet(titles, 3, heading)
     for row, found in enumerate(points.values()):
         for k in range(3):
-            _draw_points(figure, axes[3 * row + k], found.material, found.error[:, k], "mm")
+            draw_points(figure, axes[3 * row + k], found.material, found.error[:, k], "mm")
     return figure
 
 
@@ -170,7 +153,7 @@ def limits_figure(
         "share of points over the stretch",
         "error [mm rms] over noise [levels]",
     )
-    figure, axes = _sheet(titles, 3, Heading("Limits of each method", "against the truth"))
+    figure, axes = sheet(titles, 3, Heading("Limits of each method", "against the truth"))
     methods = dict.fromkeys(str(row["method"]) for row in over_stretch)
     for colour, method in zip(COLOURS, methods, strict=False):
         rows = [row for row in over_stretch if row["method"] == method]
@@ -183,52 +166,6 @@ def limits_figure(
     errors = [row["error_rms_mm"] for row in over_noise]
     axes[2].plot(noise, errors, "o-", color=COLOURS[1], markersize=4)
     return figure
-
-
-def _sheet(titles: Sequence[str], columns: int, heading: Heading) -> "tuple[Figure, list[Axes]]":
-    """Make a figure of panels with their titles."""
-    rows = -(-len(titles) // columns)
-    across, down = PANEL + BESIDE, PANEL + BELOW
-    figure = new_figure(EDGE + columns * across, HEAD + rows * down + EDGE)
-    write_heading(figure, heading)
-    axes = []
-    for k, title in enumerate(titles):
-        left = EDGE + 50 + across * (k % columns)
-        top = HEAD + 30 + down * (k // columns)
-        write_text(figure, left, top - 26, title, bold=True, size=SMALL)
-        own = place_axes(figure, left, top, PANEL, PANEL)
-        own.tick_params(labelsize=SMALL * 0.8, colors=FAINT)
-        own.spines[:].set_color(FAINT)
-        axes.append(own)
-    return figure, axes
-
-
-def _draw_photograph(axes: "Axes", picture: Greys) -> None:
-    small = reduced(picture, PICTURE)
-    height, width = picture.shape
-    axes.imshow(small, cmap="gray", vmin=0, vmax=1, extent=(-0.5, width - 0.5, height - 0.5, -0.5))
-
-
-def _draw_points(figure: "Figure", axes: "Axes", at: Floats, values: Floats, unit: str) -> None:
-    """Colour points by a value, with a colour bar."""
-    scale: ColourScale = colour_scale(values)
-    axes.scatter(
-        at[:, 0],
-        at[:, 1],
-        c=values,
-        s=max(0.8, min(14.0, 2.6e4 / max(1, len(at)))),
-        cmap=scale.map,
-        vmin=scale.low,
-        vmax=scale.high,
-        linewidths=0,
-        rasterized=True,
-    )
-    axes.set_aspect("equal")
-    box = axes.get_position()
-    across, down = figure.get_size_inches() * figure.dpi
-    left, top = box.x1 * across + 14, (1 - box.y1) * down
-    bar = place_axes(figure, left, top, BAR * 0.7, box.height * down)
-    draw_colour_bar(figure, bar, scale, unit)
 
 
 def _slopes(at: Floats, source: Floats, target: Floats) -> Floats:
@@ -264,6 +201,7 @@ def page_html(summary: Mapping[str, Any], figures: Sequence[str]) -> str:
         rows=rows,
         limits=_LIMITS,
         figures=figures,
+        style=PAGE_STYLE,
         version=shapemorph.__version__,
     )
 
@@ -298,17 +236,7 @@ _PAGE = """\
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>shapemorph: {{ kind }}</title>
-<style>
-body { margin: 0 auto; max-width: 1500px; padding: 1.5rem 1rem; color: #1d2430; background: #fff;
-  font: 15px/1.45 system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
-h1 { font-size: 1.4rem; margin: 0; }
-p { color: #5d6673; margin: .3rem 0 1rem; max-width: 60rem; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; vertical-align: top; padding: .3rem .9rem .3rem 0;
-  border-top: 1px solid #dfe3e8; }
-div { overflow-x: auto; }
-img { max-width: 100%; display: block; margin: 1.2rem 0; }
-</style>
+{{ style|safe }}
 </head>
 <body>
 <h1>The {{ kind }}, by every method, against the truth</h1>

@@ -13,6 +13,8 @@ from shapemorph.methods.cameras.closed_form import fit_homography, fit_projectio
 from shapemorph.methods.cameras.dots import Dots
 from shapemorph.methods.cameras.lattice import Place, index_dots, stepped
 
+_FEWEST = 6  # dots
+_TRIED, _WORTH_A_TRY = 8, 0.2  # walks whose dots are named; share of the dots of the longest
 _OVERLAP = 0.6  # of the dots seen: fewer on the target, and it is not this numbering
 _RIVAL = 0.97  # of the dots of the best numbering: so many, and another is as good
 _BESIDE = 1.5  # steps: the last column lies beside the first, the target goes all around
@@ -78,20 +80,38 @@ def identify(target: Target, spots: Dots, anchors: Sequence[Anchor]) -> tuple[In
     DataError
         If the target is not there, or several numberings are as good.
     """
-    centres = spots.centres
-    dots, steps = index_dots(spots)
-    if len(dots) < 6 or target.lattice is None:
+    walks = index_dots(spots)
+    most = len(walks[0][0]) if walks else 0
+    if most < _FEWEST or target.lattice is None:
         raise DataError(
-            f"expected rows and columns of dots, got {len(dots)} dots in a row of neighbours"
+            f"expected rows and columns of dots, got {most} dots in a row of neighbours"
         )
-    found = _numberings(target, target.lattice, centres[dots], steps, anchors)
+    first: DataError | None = None
+    for dots, steps in walks[:_TRIED]:
+        if len(dots) < max(_FEWEST, _WORTH_A_TRY * most):
+            continue
+        try:
+            return _identified(target, spots.centres, (dots, steps), anchors)
+        except DataError as error:
+            first = first or error
+    assert first is not None
+    raise first
+
+
+def _identified(
+    target: Target, centres: Floats, walk: tuple[Ints, Ints], anchors: Sequence[Anchor]
+) -> tuple[Ints, Floats]:
+    """Name the dots of one walk; see :func:`identify`."""
+    (dots, steps), lattice = walk, target.lattice
+    assert lattice is not None
+    found = _numberings(target, lattice, centres[dots], steps, anchors)
     if not found:
         raise DataError(
             f"{len(dots)} dots in rows and columns do not fit the target"
             + (" and its anchors" if anchors else "")
         )
-    wrap = _columns_around(target, target.lattice)
-    scores = np.array([_score(target.lattice, way, wrap) for way in found])
+    wrap = _columns_around(target, lattice)
+    scores = np.array([_score(lattice, way, wrap) for way in found])
     rivals = int((scores >= scores.max() - (1 - _RIVAL) * len(steps)).sum())
     if rivals > 1:
         raise DataError(
@@ -204,7 +224,8 @@ def _fit(target: Target, points: Floats, pixels: Floats) -> Floats:
 
 def _seen(matrix: Floats, points: Floats) -> Floats:
     shown = points @ matrix[:, :3].T + matrix[:, 3]
-    seen: Floats = shown[:, :2] / shown[:, 2:]
+    with np.errstate(divide="ignore", invalid="ignore"):  # points beside the camera
+        seen: Floats = shown[:, :2] / shown[:, 2:]
     return seen
 
 

@@ -32,7 +32,7 @@ class Dots:
     areas: Floats
 
 
-def find_dots(grey: Greys, *, dark: bool) -> Dots:
+def find_dots(grey: Greys, *, dark: bool, least_px: float | None = None) -> Dots:
     """Find the dots of a picture.
 
     Parameters
@@ -41,6 +41,8 @@ def find_dots(grey: Greys, *, dark: bool) -> Dots:
         In [0, 1].
     dark : bool
         Whether dots are darker than what surrounds them.
+    least_px : float or None
+        Diameter of a disc as large as the smallest dot, px; None: as small as can be told.
 
     Returns
     -------
@@ -48,10 +50,11 @@ def find_dots(grey: Greys, *, dark: bool) -> Dots:
         Without order; things that look like dots are among them.
     """
     picture = grey if dark else 1.0 - grey
+    least = _LEAST_AREA if least_px is None else max(_LEAST_AREA, 0.25 * np.pi * least_px**2)
     centres: list[Floats] = []
     areas: list[float] = []
     for window in _WINDOWS:
-        for box, spot in _spots(picture, window):
+        for box, spot in _spots(picture, window, least):
             found = _centred(picture, box, spot)
             if found is not None:
                 centres.append(found[0])
@@ -61,7 +64,7 @@ def find_dots(grey: Greys, *, dark: bool) -> Dots:
     return _once(np.array(centres), np.array(areas))
 
 
-def _spots(picture: Greys, window: int) -> list[tuple[Ints, Bools]]:
+def _spots(picture: Greys, window: int, least: float) -> list[tuple[Ints, Bools]]:
     """List connected dark spots of a sound size: box (x, y, width, height) and pixels in it."""
     import cv2
 
@@ -79,7 +82,7 @@ def _spots(picture: Greys, window: int) -> list[tuple[Ints, Bools]]:
     x, y, w, h, area = stats.T
     most = min(_MOST_AREA * height * width, (0.8 * window) ** 2)
     inside = (x > 0) & (y > 0) & (x + w < width) & (y + h < height)
-    sound = inside & (area >= _LEAST_AREA) & (area <= most) & (area > 0.3 * w * h)
+    sound = inside & (area >= least) & (area <= most) & (area > 0.3 * w * h)
     sound[0] = False
     return [
         (stats[k, :4].astype(np.int64), labels[y[k] : y[k] + h[k], x[k] : x[k] + w[k]] == k)

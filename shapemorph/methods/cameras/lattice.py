@@ -16,8 +16,11 @@ _CLEAR = 0.85  # of the dots, times the sine of the angle of the steps: no bette
 Place: TypeAlias = tuple[int, int]
 
 
-def index_dots(dots: Dots) -> tuple[Ints, Ints]:
+def index_dots(dots: Dots) -> list[tuple[Ints, Ints]]:
     """Walk from dot to dot along two directions, and count the steps.
+
+    Walks begin at dots in the middle and at the largest ones, in turn, until one reaches most
+    dots: what looks like dots beside a target may make lattices, too.
 
     Parameters
     ----------
@@ -25,27 +28,44 @@ def index_dots(dots: Dots) -> tuple[Ints, Ints]:
 
     Returns
     -------
-    numbers : (M,) int64
-        Dots of the largest lattice.
-    steps : (M, 2) int64
-        Their place in it, from wherever the walk began.
+    list of (numbers, steps)
+        (M,) int64 dots of a lattice and (M, 2) int64 their place in it, from wherever the walk
+        began; the one of most dots first.
     """
-    best: dict[Place, int] = {}
-    most = 0.0
-    if len(dots.centres) >= 4:
-        middle = np.median(dots.centres, axis=0)
-        order = np.argsort(np.linalg.norm(dots.centres - middle, axis=1))
-        tree = cKDTree(dots.centres)
-        for seed in order[:_SEEDS]:
-            basis = _basis_at(tree, dots.centres, int(seed))
-            if basis is not None:
-                walked = _Walk(dots, tree).from_(int(seed), basis)
-                worth = len(walked) * _sine(*basis)  # less for steps that lead across a diagonal
-                best, most = (walked, worth) if worth > most else (best, most)
-            if most > _CLEAR * len(order):
+    if len(dots.centres) < 4:
+        return []
+    tree = cKDTree(dots.centres)
+    found: dict[tuple[tuple[Place, int], ...], float] = {}
+    for seed in _seeds(dots):
+        basis = _basis_at(tree, dots.centres, seed)
+        if basis is not None:
+            walked = _Walk(dots, tree).from_(seed, basis)
+            worth = len(walked) * _sine(*basis)  # less for steps that lead across a diagonal
+            found[_moved_to_corner(walked)] = worth
+            if worth > _CLEAR * len(dots.centres):
                 break
-    numbers = np.array(list(best.values()), dtype=np.int64)
-    return numbers, np.array(list(best), dtype=np.int64).reshape(-1, 2)
+    walks = sorted(found, key=lambda walk: -found[walk])
+    return [
+        (np.array([dot for _, dot in walk], np.int64), np.array([at for at, _ in walk], np.int64))
+        for walk in walks
+    ]
+
+
+def _seeds(dots: Dots) -> list[int]:
+    """Dots to begin at: the one nearest the middle, the largest, the second nearest, ..."""
+    middle = np.median(dots.centres, axis=0)
+    near = np.argsort(np.linalg.norm(dots.centres - middle, axis=1), kind="stable")
+    large = np.argsort(-dots.areas, kind="stable")
+    both = np.stack([near, large], axis=1).ravel().tolist()
+    return list(dict.fromkeys(both))[:_SEEDS]
+
+
+def _moved_to_corner(walked: dict[Place, int]) -> tuple[tuple[Place, int], ...]:
+    """Count the steps of a walk from its lowest row and column: from any seed the same."""
+    low = np.min(list(walked), axis=0).tolist()
+    return tuple(
+        sorted(((row - low[0], column - low[1]), dot) for (row, column), dot in walked.items())
+    )
 
 
 def _basis_at(tree: "cKDTree", centres: Floats, seed: int) -> Floats | None:

@@ -10,11 +10,13 @@ from shapemorph.core.arrays import Bools, Floats
 from shapemorph.core.camera import Camera
 from shapemorph.core.reconstruction import Reconstruction
 from shapemorph.core.status import PointStatus
-from shapemorph.methods.quadratic_fit import quadratic_operators
+from shapemorph.methods.quadratic_fit import quadratic_operators, quadratics
 
 _APART = 0.7  # of the spacing: nearer points of another patch are the same place
 _NEAR = 2.2  # of the spacing: points that make one surface
-_MOST = 48
+_MOST = 160  # such points
+_ROUNDS, _ODD = 6, 2.5  # fits; times the usual distance from one at which a point is left out
+_CHUNK = 4000  # points whose surfaces are fitted at a time
 _OFF = 0.4  # of the angle that is asked for: how much a pair may differ from it
 
 
@@ -72,7 +74,8 @@ def merge(patches: Sequence[Reconstruction]) -> Merged:
 
     The first patch keeps its points; each further one adds those that lie where there is none
     yet. Then every point moves, along the surface normal, onto the quadratic through all
-    points of all patches about it.
+    points of all patches about it; points that few agree with, as glare makes them, do not
+    count.
     """
     clouds = [patch.points[patch.status == PointStatus.OK] for patch in patches]
     spacing = _spacing(patches[0])
@@ -116,11 +119,22 @@ def _along(points: Floats, cloud: Floats, spacing: float) -> Floats:
 
 def _from_surface(points: Floats, cloud: Floats, spacing: float) -> tuple[Floats, Floats]:
     """Heights (N,) over quadratics through the cloud about each point, and normals (N, 3)."""
-    if not len(points):
-        return np.zeros(0), np.zeros((0, 3))
+    height, normal = np.zeros(len(points)), np.zeros((len(points), 3))
+    tree = cKDTree(cloud)
+    for start in range(0, len(points), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        height[part], normal[part] = _over_quadratics(points[part], cloud, tree, spacing)
+    return height, normal
+
+
+def _over_quadratics(
+    points: Floats, cloud: Floats, tree: "cKDTree", spacing: float
+) -> tuple[Floats, Floats]:
+    """Fit about each point what most of the cloud agrees to; see :func:`_from_surface`."""
+    most = min(_MOST, len(cloud))
     distance, number = (
-        np.asarray(part)
-        for part in cKDTree(cloud).query(points, k=_MOST, distance_upper_bound=_NEAR * spacing)
+        np.asarray(part).reshape(len(points), most)
+        for part in tree.query(points, k=most, distance_upper_bound=_NEAR * spacing)
     )
     near = np.isfinite(distance)
     about = np.where(near[..., None], cloud[np.where(near, number, 0)] - points[:, None], 0.0)
@@ -128,6 +142,19 @@ def _from_surface(points: Floats, cloud: Floats, spacing: float) -> tuple[Floats
     spread = about - near[..., None] * (about.sum(axis=1) / count)[:, None]
     axes: Floats = np.linalg.eigh(np.swapaxes(spread, 1, 2) @ spread)[1]
     own = about @ axes
-    operators = quadratic_operators(own[..., 1:], near)
-    height: Floats = -(operators[:, 0] * own[..., 0]).sum(axis=1)
-    return height, axes[..., 0]
+    terms, kept = quadratics(own[..., 1:]), near
+    for _ in range(_ROUNDS):
+        operators = quadratic_operators(own[..., 1:], kept)
+        fitted = (operators @ own[..., :1])[..., 0]
+        off = np.abs(own[..., 0] - (terms @ fitted[..., None])[..., 0])
+        usual = 1.4826 * _middle(np.where(near, off, np.nan))
+        kept = near & (off <= _ODD * usual[:, None])
+    return -fitted[:, 0], axes[..., 0]
+
+
+def _middle(values: Floats) -> Floats:
+    """Medians (N,) of rows without NaN; infinite for rows that hold nothing."""
+    count = np.isfinite(values).sum(axis=1)
+    ordered = np.sort(values, axis=1)
+    middle: Floats = np.take_along_axis(ordered, (np.maximum(count, 1) // 2)[:, None], axis=1)[:, 0]
+    return np.where(np.isfinite(middle), middle, np.inf)

@@ -30,11 +30,15 @@ class Sheet:
     radius : float
         Around material (0, 0), mm.
     speckle : Speckle
+    dark : (float, float)
+        Radius around material (0, 0) over which the sheet is dark, mm, and the share of its
+        light that is lost in the middle.
     """
 
     mapped: SplineMap
     radius: float
     speckle: Speckle
+    dark: tuple[float, float] = (1.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,12 +70,26 @@ class Studio:
 
 
 def take_picture(
-    sheet: Sheet, camera: Camera, studio: Studio, rng: np.random.Generator
+    sheet: Sheet,
+    camera: Camera,
+    studio: Studio,
+    rng: np.random.Generator,
+    beside: Floats | None = None,
 ) -> tuple[Greys, Floats]:
     """Photograph a sheet.
 
     Every sample of a pixel looks along its own ray, which meets the exact surface, and sees
     the speckle of the material there; then come blur, noise and whole grey levels.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    camera : Camera
+    studio : Studio
+    rng : numpy.random.Generator
+        Of the noise.
+    beside : (H, W) or None
+        Grey of what stands behind the sheet; None: of one dark grey.
 
     Returns
     -------
@@ -94,13 +112,23 @@ def take_picture(
         sheet.speckle.origin,
         sheet.speckle.cell,
         sheet.speckle.edge,
-        np.array([DARK, BRIGHT, BESIDE]),
+        np.array([DARK, BRIGHT]),
+        np.full((height, width), BESIDE) if beside is None else beside,
         lights,
         np.array([studio.ambient, studio.gloss, studio.hardness]),
         studio.samples,
     )
+    _darken(grey, material, sheet.dark)
     soft = ndimage.gaussian_filter(grey.astype(np.float32), studio.blur_px, mode="nearest")
     return record_grey(soft, noise=studio.noise, rng=rng), material
+
+
+def _darken(grey: Floats, material: Floats, dark: tuple[float, float]) -> None:
+    """Take light from the middle of the sheet, in place."""
+    radius, share = dark
+    on = np.isfinite(material[..., 0])
+    away = (material[on] ** 2).sum(axis=1) / radius**2
+    grey[on] *= 1.0 - share * np.exp(-away)
 
 
 def seen_by(mapped: SplineMap, camera: Camera) -> SplineMap:

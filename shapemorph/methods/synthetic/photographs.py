@@ -102,6 +102,11 @@ def photograph_dots(film: Film, pose: RigidTransform, target: Target, exposure: 
 
     Only dots that face the camera are drawn, on an even ground; see :func:`photograph_plane`.
     """
+    return exposed(shade_dots(film, pose, target, exposure.samples), exposure)
+
+
+def shade_dots(film: Film, pose: RigidTransform, target: Target, samples: int) -> Floats:
+    """Draw what :func:`photograph_dots` photographs, (H, W), without blur and noise."""
     camera = film.camera
     own = camera.pose.apply(pose.apply(target.points))
     up = np.array([[0.0, 0.0, 1.0]]) if target.normals is None else target.normals
@@ -109,8 +114,8 @@ def photograph_dots(film: Film, pose: RigidTransform, target: Target, exposure: 
     shade = np.full(film.flat.shape[:2], LIGHT)
     for centre, normal in zip(own, normals, strict=True):
         if target.normals is None or -(centre @ normal) > _FACING * np.linalg.norm(centre):
-            _draw_disc(shade, film, centre, normal, target.dot_radius, exposure.samples)
-    return exposed(shade, exposure)
+            _draw_disc(shade, film, centre, normal, target.dot_radius, samples)
+    return shade
 
 
 def _draw_disc(

@@ -24,7 +24,7 @@ def stereo_rig(*, scale: float, target: Floats) -> Rig:
     target : (3,)
         Where both axes meet, mm; the cameras lie in the plane y = target[1], in +z.
     """
-    distance = 0.5 * BASELINE / np.sin(0.5 * ANGLE)
+    distance = viewing_distance()
     focal = distance / MM_PER_PX * scale
     size = (round(SENSOR[0] * scale), round(SENSOR[1] * scale))
     cameras = []
@@ -45,3 +45,8 @@ def stereo_rig(*, scale: float, target: Floats) -> Rig:
             )
         )
     return Rig(tuple(cameras), ("left", "right"))
+
+
+def viewing_distance() -> float:
+    """Distance from the cameras to where their axes meet, mm."""
+    return float(0.5 * BASELINE / np.sin(0.5 * ANGLE))

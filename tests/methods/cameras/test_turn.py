@@ -96,3 +96,12 @@ def test_what_no_view_shows_is_unknown(point):
     behind = Photograph(camera_at(180), picture(0.5))
     masked = Photograph(camera_at(0), picture(0.5, mask=False))
     assert np.isnan(average_grey(*point, [behind, masked])[0][0])
+
+
+def test_a_patch_that_glare_bent_does_not_move_the_others():
+    parts = [patch(camera_at(5 * k), 0, 14, 0.01, k) for k in range(5)]
+    bent = parts[0].points.copy()
+    bent[6:14, 5:9, 2] += 0.5
+    found = merge([replace(parts[0], points=bent), *parts[1:]])
+    off = (found.points[:, 2] - 0.1 * found.points[:, 0]) / np.hypot(1, 0.1)
+    assert np.abs(off).max() < 0.03
