@@ -16,6 +16,9 @@ from pathlib import Path
 import numba
 from platformdirs import user_cache_dir
 
+from shapemorph.kernels.cache_files import guard_cache
+
+guard_cache()
 _sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
 _key = hashlib.sha256(_sources).hexdigest()[:12]
 if "NUMBA_CACHE_DIR" not in os.environ:
