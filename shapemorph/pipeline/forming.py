@@ -106,21 +106,35 @@ def _diagram(
         return found
     margin, ok = arrays["limit_margin"], arrays["status"] == PointStatus.OK
     known = np.isfinite(margin)
+    beyond = arrays["hencky_1"][ok & ~known]
     return found | {
         "limit_curve": forming.limit_curve.name if forming.limit_curve else None,
         "curve_conditions": dict(curve.conditions),
-        "caveats": list(
-            caveats(
+        "caveats": [
+            *caveats(
                 curve,
                 material=forming.material,
                 thickness=config.strain.thickness,
                 temperature=forming.temperature,
-            )
-        ),
+            ),
+            *_caveat_of_ends(beyond, None if critical is None else arrays["hencky_1"][critical]),
+        ],
         "smallest_margin": float(np.nanmin(margin)) if known.any() else None,
         "points_above_curve": int((margin < 0).sum()),
-        "points_beyond_ends_of_curve": int((ok & ~known).sum()),
+        "points_beyond_ends_of_curve": len(beyond),
     }
+
+
+def _caveat_of_ends(beyond: Floats, critical: float | None) -> list[str]:
+    """Give a sentence where points that the curve does not reach are strained most of all."""
+    largest = np.nanmax(beyond, initial=-np.inf)
+    if not largest > (0.0 if critical is None else critical):
+        return []
+    told = "none has a margin" if critical is None else f"the most critical one has {critical:.3g}"
+    return [
+        f"strain: {len(beyond)} points lie beyond the ends of the curve, with eps1 up to "
+        f"{largest:.3g} where {told}: it says nothing about them"
+    ]
 
 
 def _point(measurement: Measurement, row: int) -> dict[str, Any]:

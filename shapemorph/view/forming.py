@@ -74,7 +74,7 @@ def section_figure(measurement: Measurement, cut: Cut) -> "Figure":
     """Draw shape, displacement, strain and thinning along a section."""
     figure = new_figure(2 * EDGE + 80 + 2 * WIDE + BETWEEN, HEAD + 2 * TALL + BETWEEN + 70)
     point = ", ".join(f"{value:.4g}" for value in cut.plane.point)
-    normal = ", ".join(f"{value:.3g}" for value in cut.plane.normal)
+    normal = ", ".join(f"{round(value, 4) + 0.0:g}" for value in cut.plane.normal)
     note = f"Plane through ({point}) mm with normal ({normal}), frame of the reference file"
     write_heading(figure, Heading(f"Section {cut.name}", note))
     panels = [

@@ -56,7 +56,13 @@ def test_the_most_critical_point_has_the_smallest_margin_and_a_caveat(formed, su
     row = found["critical_point"]["row"]
     assert field.arrays["limit_margin"][row] == np.nanmin(field.arrays["limit_margin"])
     assert found["points_above_curve"] == (field.arrays["limit_margin"] < 0).sum() > 0
-    assert found["caveats"] == ["thickness: the curve is for 0.8 mm, the specimen has 1.35 mm"]
+    thickness, strain = found["caveats"]
+    assert thickness == "thickness: the curve is for 0.8 mm, the specimen has 1.35 mm"
+    # The pole is stretched most, and alike in all directions: beyond the curve.
+    beyond = field.arrays["hencky_1"][(field.arrays["hencky_2"] > 0.6)]
+    assert found["points_beyond_ends_of_curve"] == len(beyond) > 0
+    assert f"{len(beyond)} points lie beyond the ends" in strain
+    assert f"eps1 up to {beyond.max():.3g} where the most critical one has" in strain
 
 
 def test_sections_lie_in_their_planes(formed, summary):
