@@ -265,7 +265,10 @@ def _compose(
 def _nothing(status: Codes) -> str:
     tried = {k: n for k, n in count_statuses(status).items() if k != PointStatus.OUTSIDE_MASK.name}
     counts = ", ".join(f"{number} {name}" for name, number in tried.items())
-    return (
-        f"expected matching points, got none of {sum(tried.values())} ({counts}): check that both "
-        "sides show the same pattern, or raise correlate.subset_size"
-    )
+    cure = "check that both sides show the same pattern, or raise correlate.subset_size"
+    if tried.get(PointStatus.NOT_CONVERGED.name, 0) > sum(tried.values()) / 2:
+        cure = (
+            "long grain and faint patterns take many iterations: raise correlate.max_iterations "
+            "or correlate.tolerance (px); else " + cure
+        )
+    return f"expected matching points, got none of {sum(tried.values())} ({counts}): {cure}"

@@ -212,6 +212,11 @@ def test_pictures_of_two_things_are_an_error_with_counts(scene, wave_pattern):
         view.correlate(_warp_near(0.3))
 
 
+def test_iterations_that_do_not_settle_are_an_error_that_says_so(scene):
+    with pytest.raises(StageError, match=r"NOT_CONVERGED\): .* raise correlate\.max_iterations"):
+        scene(noise=0.01).correlate(_warp_near(0.3), max_iterations=1, tolerance=1e-9)
+
+
 def test_a_region_between_the_points_is_an_error(scene):
     region = np.zeros(SHAPE, dtype=bool)
     region[31:33, 61:65] = True
