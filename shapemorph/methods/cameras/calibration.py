@@ -10,13 +10,8 @@ from shapemorph.core.calibration import Calibration, CameraUncertainty, Sighting
 from shapemorph.core.camera import Camera, Rig
 from shapemorph.core.errors import DataError, StageError
 from shapemorph.core.transform import RigidTransform
-from shapemorph.methods.cameras.bundle import (
-    LENS,
-    PLACE,
-    Arrangement,
-    adjust,
-    observations_of,
-)
+from shapemorph.methods.cameras.bundle import adjust
+from shapemorph.methods.cameras.bundle_model import LENS, PLACE, Arrangement, observations_of
 from shapemorph.methods.cameras.one_camera import calibrate_one, place_target
 from shapemorph.methods.cameras.relative import Tied, compose, tie
 

@@ -9,12 +9,8 @@ from shapemorph.core.calibration import Sighting, View
 from shapemorph.core.camera import Camera
 from shapemorph.core.errors import DataError
 from shapemorph.core.transform import RigidTransform
-from shapemorph.methods.cameras.bundle import (
-    Arrangement,
-    adjust,
-    free_lens,
-    observations_of,
-)
+from shapemorph.methods.cameras.bundle import adjust, free_lens
+from shapemorph.methods.cameras.bundle_model import Arrangement, observations_of
 from shapemorph.methods.cameras.closed_form import (
     decompose_projection,
     fit_homography,

@@ -7,7 +7,7 @@ import numpy as np
 from shapemorph.core.arrays import Floats, Ints
 from shapemorph.core.calibration import Calibration, Sighting, Target
 from shapemorph.core.camera import Camera, Rig, distort
-from shapemorph.methods.cameras.bundle import LENS, PLACE
+from shapemorph.methods.cameras.bundle_model import LENS, PLACE
 from shapemorph.methods.cameras.dot_bias import middle_of_dots
 from shapemorph.methods.cameras.triangulation import triangulate
 from shapemorph.methods.rigid import fit_rigid

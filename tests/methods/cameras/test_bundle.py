@@ -4,11 +4,12 @@ from scipy.spatial.transform import Rotation
 
 from shapemorph.core.calibration import Sighting, Target, View
 from shapemorph.core.errors import StageError
-from shapemorph.methods.cameras import bundle
-from shapemorph.methods.cameras.bundle import (
+from shapemorph.methods.cameras.bundle import adjust, free_lens
+from shapemorph.methods.cameras.bundle_model import (
     Arrangement,
-    adjust,
-    free_lens,
+    Observations,
+    moved,
+    moved_pose,
     observations_of,
 )
 
@@ -21,25 +22,11 @@ def exact(stereo_pair, twenty_views):
     return observations_of(sightings, views), Arrangement(stereo_pair, tuple(poses))
 
 
-def test_analytic_slopes_agree_with_differences(exact):
-    seen, at = exact
-    by_camera, by_view = bundle._slopes(seen, at)
-    still = np.zeros(2 * 16), np.zeros((20, 6))
-    for which, slopes in enumerate((by_camera, by_view)):
-        for k in range(slopes.shape[-1]):
-            steps = [part.copy() for part in still]
-            steps[which].reshape(-1, slopes.shape[-1])[:, k] = 1e-6
-            ahead = bundle._residuals(seen, bundle._moved(at, *steps))
-            behind = bundle._residuals(seen, bundle._moved(at, *(-step for step in steps)))
-            scale = np.abs(slopes[:, :, k]).max()
-            np.testing.assert_allclose((behind - ahead) / 2e-6, slopes[:, :, k], atol=3e-5 * scale)
-
-
 def test_exact_points_lead_back_to_the_cameras(exact):
     seen, truth = exact
     off = np.tile([30.0, -25, 8, -6, 0.02, -0.1, 1, 0, 0, 0] + [0.003] * 3 + [2.0] * 3, 2)
     off[10:16] = 0
-    start = bundle._moved(truth, off, np.full((20, 6), 0.01))
+    start = moved(truth, off, np.full((20, 6), 0.01))
     found = adjust(seen, start, lens=LENS, fixed=0, cauchy=None)
     assert np.abs(found.residuals).max() < 1e-6
     for one, other in zip(found.arrangement.cameras, truth.cameras, strict=True):
@@ -65,9 +52,7 @@ def test_standard_deviations_tell_the_errors_of_fifty_noise_draws(exact):
     scores = []
     for _ in range(50):
         pixel = seen.pixel + rng.normal(0, 0.1, seen.pixel.shape)
-        noisy = bundle.Observations(
-            seen.camera, seen.view, seen.point, seen.normal, seen.radius, pixel
-        )
+        noisy = Observations(seen.camera, seen.view, seen.point, seen.normal, seen.radius, pixel)
         found = adjust(noisy, truth, lens=LENS, fixed=0, cauchy=None)
         scores.append(deviations(found, truth))
     scores = np.abs(scores)
@@ -79,7 +64,7 @@ def test_standard_deviations_tell_the_errors_of_fifty_noise_draws(exact):
 def test_pictures_that_do_not_settle_the_lens_are_refused(stereo_pair):
     line = Target("line", np.column_stack([np.arange(8.0), np.zeros(8), np.zeros(8)]))
     camera = stereo_pair[0]
-    pose = bundle._moved_pose(camera.pose, np.array([0, 0, 0, 0, 0, 400.0]))
+    pose = moved_pose(camera.pose, np.array([0, 0, 0, 0, 0, 400.0]))
     seen = Sighting(0, 0, np.arange(8), camera.project(pose.apply(line.points)))
     observed = observations_of([seen], [View("one", line)])
     with pytest.raises(StageError, match="do not settle"):

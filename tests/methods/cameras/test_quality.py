@@ -5,7 +5,7 @@ import pytest
 
 from shapemorph.core.calibration import Calibration
 from shapemorph.core.camera import Rig
-from shapemorph.methods.cameras.bundle import LENS, PLACE
+from shapemorph.methods.cameras.bundle_model import LENS, PLACE
 from shapemorph.methods.cameras.quality import baseline_sigma, drift_since
 
 
