@@ -4,8 +4,14 @@
 
 `static`: a pair of pictures of one state, twice (dice_stereo_static); its calibration file is
 that of another rig, so that the cameras are oriented anew. `cylinder`: a rigid cylinder shifted
-twice (multidic_cylinder), calibrated from its own boards and dots. The material is followed from
-the first left picture into all others, triangulated, and strain is fitted over a window.
+twice (multidic_cylinder), calibrated from its own boards and dots. The material is followed as
+`shapemorph track` does: across from the first left picture to the first right one, then in each
+camera from its own first picture, so that the error of the step across is the same in all states.
+It is triangulated, and strain is fitted over a window.
+
+Along the line of sight a camera pair magnifies: a change of the disparity by 1 px moves a point
+by distance / baseline pixels of its own size. So the scatter of the disparity is printed, too,
+beside what the random errors of the matches let one expect.
 The pictures are not part of the repository: give their folder, or set SHAPEMORPH_DATA.
 """
 
@@ -27,6 +33,9 @@ from shapemorph.io.images import read_grey_image
 from shapemorph.io.rig_files import read_rig
 from shapemorph.methods.cameras.grid_surface import place_grid
 from shapemorph.methods.cameras.triangulation import triangulate
+from shapemorph.methods.carried_mask import limit_to_carried
+from shapemorph.methods.increments import compose_grids, warp_through
+from shapemorph.methods.laws.identity import identity_warp
 from shapemorph.methods.rigid import fit_rigid
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.picture_match import follow_pictures, picture_law_inputs
@@ -77,10 +86,29 @@ def measure(case: Case, name: str) -> None:
         f"{np.sqrt(np.nanmean(before.epipolar_px[before.status == 0] ** 2)):.3f} px rms, "
         f"gauge {gauge} px"
     )
+    still = identity_warp(case.left[0].shape)
+    seen = limit_to_carried(case.right[0], case.left[0], warp_through(across, still))
     for number in range(1, len(case.left)):
         here = follow(case.left[0], case.left[number], config)
-        there = follow(case.left[0], case.right[number], config)
+        later = follow(seen, case.right[number], config)
+        there = compose_grids(across, later, shown=case.right[number].mask)
         _compare(case, rig, before.points, here, there, (number, px_per_mm))
+        _disparity(across, here, there, later)
+
+
+def _disparity(
+    across: CorrelationGrid, here: CorrelationGrid, there: CorrelationGrid, later: CorrelationGrid
+) -> None:
+    """Print how the change of the disparity scatters about a plane, and what is to be expected."""
+    ok = (here.status == 0) & (there.status == 0)
+    change = (there.deformed_px - across.deformed_px - here.deformed_px + here.reference_px)[ok]
+    plane = np.column_stack([here.reference_px[ok], np.ones(int(ok.sum()))])
+    rest = change - plane @ np.linalg.lstsq(plane, change)[0]
+    expected = [np.nanmean(grid.sigma_px[grid.status == 0] ** 2, axis=0) for grid in (here, later)]
+    print(
+        f"    the disparity scatters by {rest[:, 0].std():.4f}, {rest[:, 1].std():.4f} px, "
+        f"expected {', '.join(f'{s:.4f}' for s in np.sqrt(sum(expected)))}"
+    )
 
 
 def _compare(
