@@ -235,10 +235,14 @@ def _near_settings(left: GreyImage, config: RunConfig) -> tuple["SubsetSettings"
 def match_pictures(
     left: GreyImage, right: GreyImage, inputs: LawInputs, config: RunConfig
 ) -> Matches:
-    """Match features, else begin with the marks of the law; errors as the stage raises them."""
+    """Match features, else begin with the marks of the law; errors as the stage raises them.
+
+    The ground beside a specimen takes no part: its noise is no pattern.
+    """
+    from shapemorph.methods.bare_ground import without_ground
     from shapemorph.stages.match import match
 
-    return match(left, right, config.match, inputs.dots)
+    return match(without_ground(left), without_ground(right), config.match, inputs.dots)
 
 
 def morph_by_law(
