@@ -8,11 +8,13 @@ from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.matching import Warp
 from shapemorph.core.status import PointStatus
+from shapemorph.methods.morph_sequence import origins_of_points
 from shapemorph.methods.subset_dic import grid_points
-from shapemorph.methods.warp_renewal import renew_warp
+from shapemorph.methods.warp_renewal import MARGIN, fill_gaps, renew_warp, spline_through
 
 REACH = (0.3, 1.0)  # of the subset: over these lengths a warp through a grid averages
 LEAST_NOISE = 1e-4  # px
+COARSER = 2.0  # times the spacing of the knots of a warp
 CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])  # of a cell: column, row
 
 
@@ -140,6 +142,44 @@ def warp_through(grid: CorrelationGrid, base: Warp) -> Warp:
     reach = (REACH[0] * grid.subset_size, REACH[1] * grid.subset_size)
     points = np.rint(grid.reference_px).astype(np.int64)
     return renew_warp(base, points, grid.deformed_px, noise, spacing=grid.spacing, reach=reach)
+
+
+def continued(increment: CorrelationGrid, warp: Warp, shape: tuple[int, int]) -> Warp:
+    """Foresee the next step: every point moves on as it has just moved.
+
+    Parameters
+    ----------
+    increment : CorrelationGrid
+        Last picture but one -> last picture.
+    warp : Warp
+        Through it, see :func:`warp_through`.
+    shape : (int, int)
+        Height and width of the last picture.
+
+    Returns
+    -------
+    Warp
+        Last picture -> next picture. Where no matched point has come from, the affine motion of
+        all is followed, and what neighbours add to it.
+    """
+    spacing = COARSER * warp.spacing
+    columns, rows = (np.arange(-MARGIN, size / spacing + MARGIN) for size in shape[::-1])
+    here = spacing * np.stack(np.meshgrid(columns, rows), axis=-1)
+    before = origins_of_points(here.reshape(-1, 2), warp, 1.0)
+    found: Bools = np.asarray(np.isfinite(before).all(axis=-1))
+    found[found] = _is_matched(increment, before[found])
+    known, before = found.reshape(here.shape[:2]), before.reshape(here.shape)
+    terms = np.concatenate([here, np.ones((*known.shape, 1))], axis=-1)
+    common = terms @ np.linalg.lstsq(terms[known], (here - before)[known])[0]
+    own = fill_gaps(here - before - common, known)
+    return Warp(spline_through(here + common + own), here[0, 0], spacing)
+
+
+def _is_matched(grid: CorrelationGrid, at: Floats) -> Bools:
+    """Tell which places lie beside a grid point that was matched."""
+    row, column = _nearest(grid, at)
+    away = np.abs(at - grid.reference_px[row, column]).max(axis=1)
+    return np.asarray((grid.status[row, column] == PointStatus.OK) & (away <= grid.spacing))
 
 
 def _locate(grid: CorrelationGrid, at: Floats) -> _Cells:

@@ -1,5 +1,6 @@
 """Whether two pictures lie so near each other that subsets find their way without features."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from shapemorph.methods.subset_dic import (
     grid_points,
     match_points,
 )
+from shapemorph.methods.warping import warp_points
 
 POINTS = 200  # that are tried, about
 LEAST_POINTS = 12  # with a pattern: fewer prove nothing
@@ -100,6 +102,40 @@ def start_from(
     pad, degree = settings.pad, settings.degree
     source = prepare_reference(reference, allowed=None, pad=pad, degree=degree)
     return NearStart(warp, source, prepare_deformed(deformed, pad=pad, degree=degree))
+
+
+def likeliest_start(
+    start: NearStart,
+    warps: Sequence[Warp],
+    mask: Bools,
+    *,
+    settings: SubsetSettings,
+    min_zncc: float,
+) -> NearStart:
+    """Begin where that of several warps says from which most of some sample subsets match.
+
+    Parameters
+    ----------
+    start : NearStart
+        Its pictures count.
+    warps : sequence of Warp
+        The first of equal ones is taken.
+    mask : (H, W) bool
+        Part of the reference that counts.
+    settings, min_zncc
+        As for :func:`near_start`.
+    """
+    if len(warps) == 1:
+        return replace(start, warp=warps[0])
+    grid = grid_points(mask, spacing=max(1, round(float(np.sqrt(mask.sum() / POINTS)))))
+    points = grid.points[grid.inside]
+    found = []
+    for warp in warps:
+        targets, gradient = warp_points(warp, points.astype(np.float64))
+        starts = affine_starts(points, targets, gradient)
+        tried = match_points(start.source, start.target, points, starts, settings=settings)
+        found.append(int(((tried.status == PointStatus.OK) & (tried.zncc >= min_zncc)).sum()))
+    return replace(start, warp=warps[int(np.argmax(found))])
 
 
 def _tile_shifts(reference: GreyImage, deformed: GreyImage) -> Floats | None:

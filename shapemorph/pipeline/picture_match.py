@@ -1,7 +1,7 @@
 """From two plain pictures to the grid that follows one into the other."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -27,6 +27,7 @@ NEAR_ENOUGH = 0.02  # px: to this the subsets of a near start settle
 BENT, MANY_BENT = 0.05, 0.1  # px of bias; share of the points for which it is worth a try
 ALIKE = 0.97  # median ZNCC from which on neither picture is asked whether it is out of focus
 GENTLE = 0.1  # change of the gradient that subsets follow without a morphed picture
+TRIED = 2000  # points of a picture that are asked for it
 log = logging.getLogger(__name__)
 
 
@@ -112,14 +113,27 @@ def points_on(picture: GreyImage, spacing: int) -> int:
 
 
 def correlate_from(
+    left: GreyImage, right: GreyImage, warps: Sequence[Warp], config: RunConfig
+) -> CorrelationGrid | None:
+    """Follow points from where the likeliest of some warps says; None if none is found."""
+    from shapemorph.methods.near_start import likeliest_start, start_from
+    from shapemorph.methods.threads import kernel_threads
+
+    if len(warps) == 1 and not _is_gentle(warps[0], left):
+        return _correlate_morphed(left, right, warps[0], config)
+    settings, limits = _near_settings(left, config)[0], config.correlate
+    start = start_from(warps[0], left, right, settings=settings)
+    with kernel_threads(limits.threads):
+        start = likeliest_start(
+            start, warps, left.mask, settings=settings, min_zncc=limits.min_zncc
+        )
+    return _correlate_near(left, right, start, config)
+
+
+def _correlate_morphed(
     left: GreyImage, right: GreyImage, warp: Warp, config: RunConfig
 ) -> CorrelationGrid | None:
-    """Follow points from where a warp says that they are; None if none is found."""
-    from shapemorph.methods.near_start import start_from
-
-    if _is_gentle(warp):
-        start = start_from(warp, left, right, settings=_near_settings(left, config)[0])
-        return _correlate_near(left, right, start, config)
+    """Follow points into a morphed picture; None if none is found."""
     morphed = morph_by_warp(left, right, warp)
     return _if_found(lambda: correlate_pictures(left, right, morphed, config))
 
@@ -143,14 +157,13 @@ def _correlate_near(
     left: GreyImage, right: GreyImage, start: "NearStart", config: RunConfig
 ) -> CorrelationGrid | None:
     """Follow points from a near start; None if none is found."""
-    if not _is_gentle(start.warp):
-        return correlate_from(left, right, start.warp, config)
+    if not _is_gentle(start.warp, left):
+        return _correlate_morphed(left, right, start.warp, config)
     unmoved = Morphed(right, _unmoved(right))
     found = _if_found(lambda: correlate_pictures(left, right, unmoved, config, start))
     icgn = config.correlate.mode == "icgn"
     if icgn and found is not None and _one_is_softer(left, right, found):
-        morphed = morph_by_warp(left, right, start.warp)
-        return _if_found(lambda: correlate_pictures(left, right, morphed, config))
+        return _correlate_morphed(left, right, start.warp, config)
     if found is None or (finer := _with_finer_subset(found, left, config)) is None:
         return found
     again = _if_found(lambda: correlate_pictures(left, right, unmoved, finer, start))
@@ -194,11 +207,14 @@ def _if_found(correlate: Callable[[], CorrelationGrid]) -> CorrelationGrid | Non
         return None
 
 
-def _is_gentle(warp: Warp) -> bool:
+def _is_gentle(warp: Warp, picture: GreyImage) -> bool:
     """Tell if a warp stretches and turns so little that subsets need no morphed picture."""
-    along_y, along_x = (np.diff(warp.coefficients, axis=k) / warp.spacing for k in (0, 1))
-    off = max(np.abs(along_x - (1.0, 0.0)).max(), np.abs(along_y - (0.0, 1.0)).max())
-    return bool(off < GENTLE)
+    from shapemorph.methods.densify import grid_points
+    from shapemorph.methods.warping import warp_points
+
+    step = max(1.0, float(np.sqrt(picture.mask.sum() / TRIED)))
+    _, slope = warp_points(warp, grid_points(picture.mask, step))
+    return bool(np.nanmax(np.abs(slope - np.eye(2)), initial=0.0) < GENTLE)
 
 
 def _near_start(left: GreyImage, right: GreyImage, config: RunConfig) -> "NearStart | None":

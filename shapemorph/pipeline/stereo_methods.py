@@ -1,14 +1,16 @@
 """The methods that follow a grid through a stereo sequence; all end in one grid."""
 
 from collections.abc import Iterator
+from functools import partial
 
 from shapemorph.config import RunConfig
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.stereo_track import StereoGrids
+from shapemorph.methods.threads import run_at_once
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.image_morphing import bridge_pictures
-from shapemorph.pipeline.stereo_inputs import StereoSequence
+from shapemorph.pipeline.stereo_inputs import SIDES, StereoSequence
 from shapemorph.pipeline.tracking import Tracker
 
 
@@ -19,8 +21,8 @@ def follow_incrementally(
 
     The path leads from the last left picture back to the first, across to the first right
     one, and on to the last right one. The grid lies on the first left picture, in the middle
-    of that path, and is carried outwards both ways: every pair of neighbours is matched once,
-    and half as many increments lie between the grid and any picture as from end to end.
+    of that path, and is carried outwards both ways at once: every pair of neighbours is matched
+    once, and half as many increments lie between the grid and any picture as from end to end.
 
     Parameters
     ----------
@@ -43,17 +45,17 @@ def follow_incrementally(
     correlate = config.correlate.model_copy(update={"reference": "previous"})
     config = config.model_copy(update={"correlate": correlate})
     first = sequence.first()
-    one, other = (Tracker(sequence.left[0].name, first, config) for _ in range(2))
+    trackers = {side: Tracker(sequence.left[0].name, first, config) for side in SIDES}
 
-    def step(tracker: Tracker, side: str, state: int) -> CorrelationGrid:
+    def step(side: str, state: int) -> CorrelationGrid:
         frame = (sequence.left if side == "left" else sequence.right)[state]
-        name = f"{side} {frame.name}"
         picture = sequence.picture(side, state)
-        return clock.run(name, lambda: tracker.follow(name, picture).grid)
+        return trackers[side].follow(f"{side} {frame.name}", picture).grid
 
-    across = step(other, "right", 0)
+    across = clock.run("across", lambda: step("right", 0))
     for state in range(1, sequence.states):
-        left, right = step(one, "left", state), step(other, "right", state)
+        at_once = partial(run_at_once, partial(step, state=state), SIDES)
+        left, right = clock.run(f"state {sequence.left[state].name}", at_once)
         yield state, StereoGrids(across, left, right)
 
 

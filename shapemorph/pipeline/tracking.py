@@ -221,7 +221,8 @@ class Tracker:
         """Follow the points of a key into a picture; None if none is found."""
         from shapemorph.methods.increments import compose_grids
 
-        quick = correlate_from(key.picture, picture, start or self._start(key), self._config)
+        starts = [start] if start else self._starts(key)
+        quick = correlate_from(key.picture, picture, starts, self._config)
         expected = self._expected(key)
         matched = quick is None or quick.ok_count < ENOUGH * expected
         found = self._matched(key, picture, quick) if matched else quick
@@ -232,15 +233,23 @@ class Tracker:
             total = compose_grids(key.since_first, found, shown=picture.mask)
         return _Step(key, found, total, found is not quick) if total.ok_count else None
 
-    def _start(self, key: _Key) -> Warp:
-        """Warp from a key to the last picture: where the search begins."""
-        from shapemorph.methods.increments import warp_through
+    def _starts(self, key: _Key) -> list[Warp]:
+        """Warps from a key to the next picture: where the search may begin.
+
+        Where the last picture lay; from the last picture itself also as it moved there.
+        """
+        from shapemorph.methods.increments import continued, warp_through
         from shapemorph.methods.laws.identity import identity_warp
 
-        still = identity_warp(key.picture.shape)
-        if self._step is not None and self._step.key is key and self._last is not key:
-            return warp_through(self._step.increment, still)
-        return still
+        still, step = identity_warp(key.picture.shape), self._step
+        if step is None:
+            return [still]
+        came = warp_through(step.increment, identity_warp(step.key.picture.shape))
+        if step.key is key:
+            return [came]
+        if self._last is not key:
+            return [still]
+        return [still, continued(step.increment, came, key.picture.shape)]
 
     def _expected(self, key: _Key) -> int:
         """Points that a good start should find."""

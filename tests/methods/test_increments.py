@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.status import PointStatus
-from shapemorph.methods.increments import compose_grids, lost_grid, warp_through
+from shapemorph.methods.increments import compose_grids, continued, lost_grid, warp_through
 from shapemorph.methods.laws.identity import identity_warp
 from shapemorph.methods.warping import warp_points
 
@@ -147,3 +147,19 @@ def test_systematic_errors_add_in_the_last_picture():
     slope = bend(first.deformed_px)[1]
     ok = found.status == PointStatus.OK
     assert_allclose(found.bias_px[ok], (slope @ bias[0][0, 0] + bias[1][0, 0])[ok], atol=2e-4)
+
+
+def test_motion_goes_on_as_it_came():
+    """A point that came from y to x goes on to 2 x - y, beyond what was measured too."""
+    slope, shift = np.array([[1.03, -0.02], [0.01, 0.99]]), np.array([9.0, -4.0])
+    grid = make_grid(lambda points: (points @ slope.T + shift, np.broadcast_to(
+        slope, (*points.shape, 2)
+    )))  # fmt: skip
+    came = warp_through(grid, identity_warp((200, 220)))
+    at = np.random.default_rng(1).uniform([40, 30], [160, 150], (50, 2))
+    found, gradient = warp_points(continued(grid, came, (200, 220)), at)
+    back = np.linalg.inv(slope)
+    assert_allclose(found, 2 * at - (at - shift) @ back.T, atol=0.01)
+    assert_allclose(gradient, np.broadcast_to(2 * np.eye(2) - back, (50, 2, 2)), atol=3e-3)
+    corners = np.array([[0.0, 0.0], [219.0, 199.0]])
+    assert np.isfinite(warp_points(continued(grid, came, (200, 220)), corners)[0]).all()

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from shapemorph.core.image import GreyImage
-from shapemorph.methods.near_start import near_start
+from shapemorph.core.matching import Warp
+from shapemorph.methods.laws.identity import identity_warp
+from shapemorph.methods.near_start import likeliest_start, near_start, start_from
 from shapemorph.methods.speckle import speckle_size
 from shapemorph.methods.subset_dic import SubsetSettings
 from shapemorph.methods.synthetic.planar import Exposure, planar_speckle, take_picture
@@ -74,3 +76,15 @@ def test_pictures_without_room_or_pattern_are_no_start():
     assert start(blank, blank) is None
     small = GreyImage(np.full((12, 14), 0.5, np.float32), np.ones((12, 14), bool))
     assert start(small, small) is None
+
+
+@pytest.mark.parametrize("shift", [(0.4, 0.2), (17.0, -9.0)])
+def test_of_several_starts_the_one_is_taken_that_leads(shift):
+    first, second = picture(), picture(shift=shift, seed=4)
+    still = identity_warp(SHAPE)
+    moved = Warp(still.coefficients + np.array([17.5, -9.5]), still.origin, still.spacing)
+    begin = start_from(still, first, second, settings=SETTINGS)
+    found = likeliest_start(begin, [still, moved], first.mask, settings=SETTINGS, min_zncc=0.7)
+    assert found.warp is (moved if shift[0] > 10 else still)
+    only = likeliest_start(begin, [moved], first.mask, settings=SETTINGS, min_zncc=0.7)
+    assert only.warp is moved
