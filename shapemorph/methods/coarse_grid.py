@@ -14,7 +14,6 @@ from shapemorph.methods.morph_sequence import origins_of_points
 from shapemorph.methods.paper_dic import SearchSettings, peak_shifts
 from shapemorph.methods.sequence_turn import NO_TURN, Turn
 from shapemorph.methods.spline_pictures import prepare_reference
-from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import SubsetSettings, grid_points
 
 LEAST_INSIDE = 0.5  # of a subset
@@ -41,8 +40,8 @@ def search_middle(
     pictures: Sequence[GreyImage],
     *,
     search: int,
-    subset_size: int | None,
-    spacing: int | None,
+    subset_size: int,
+    spacing: int,
     least_zncc: float,
 ) -> Middle:
     """Search a regular grid on the middle picture of a sequence in the next one.
@@ -53,14 +52,13 @@ def search_middle(
         N even, of one size.
     search : int
         Width of the window in which a subset is sought, odd, px.
-    subset_size, spacing : int or None
-        px; None: from the first picture.
+    subset_size, spacing : int
+        px.
     least_zncc : float
         Less alike is not found.
     """
-    choice = choose_subset(pictures[0], subset_size=subset_size, spacing=spacing)
     subset = SubsetSettings(
-        radius=choice.subset_size // 2,
+        radius=subset_size // 2,
         order=0,
         tolerance=1.0,
         max_iterations=1,
@@ -69,7 +67,7 @@ def search_middle(
     )
     settings = SearchSettings(subset, Limits(least_zncc, 1.0), search)
     half = len(pictures) // 2
-    grid = grid_points(pictures[half - 1].mask, spacing=choice.spacing)
+    grid = grid_points(pictures[half - 1].mask, spacing=spacing)
     points = grid.points[grid.inside].astype(np.float64)
     there, found = _step(pictures[half - 1], pictures[half], points, settings)
     return Middle(points[found], there[found], settings)

@@ -14,6 +14,7 @@ from shapemorph.methods.warping import warp_points
 
 _STEPS = 8
 _SETTLED = 0.1  # px: Newton is there or far away
+_AT_REST = 1e-4  # px: the step after a smaller one is lost in rounding
 _STRIDE = 4
 
 
@@ -155,11 +156,15 @@ def origins_of_points(targets: Floats, warp: Warp, fraction: float, turn: Turn =
     """
     targets, warp = turn.undo(targets, fraction), turn.straighten(warp)
     source = _first_guess(targets, warp, fraction)
+    moving = np.arange(len(source))
     for _ in range(_STEPS):
-        moved, gradient = warp_points(warp, source)
-        miss = source + fraction * (moved - source) - targets
+        some = source[moving]
+        moved, gradient = warp_points(warp, some)
+        miss = some + fraction * (moved - some) - targets[moving]
         slope = (1.0 - fraction) * np.eye(2) + fraction * gradient
-        source = source - _solve(slope, miss)
+        step = _solve(slope, miss)
+        source[moving] = some - step
+        moving = moving[~(np.abs(step).max(axis=-1) < _AT_REST)]
     moved, _ = warp_points(warp, source)
     miss = np.abs(source + fraction * (moved - source) - targets).max(axis=-1)
     source[~(miss < _SETTLED)] = np.nan

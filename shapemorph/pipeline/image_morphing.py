@@ -1,6 +1,7 @@
 """Two pictures that differ too much for correlation, bridged by a morph sequence in nine steps."""
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +13,15 @@ from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.laws import LawInputs
 from shapemorph.core.matching import Matches, Warp
+from shapemorph.methods.sequence_turn import Turn, turn_between
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.picture_match import correlate_originals, match_pictures
-from shapemorph.pipeline.sequence import MorphSequence, make_sequence
+from shapemorph.pipeline.sequence import make_sequence
 
 NEAR_PLANE = 3.0  # px: pairs so near the plane through dv are kept in any case
 STIFFNESS = 1e-3  # of the warp through points that whole pixels have found
 ENOUGH = 20  # points carried to both pictures
+SPARSE = 2  # times the spacing of the points: so the middle is searched for a start of them
 log = logging.getLogger(__name__)
 
 
@@ -31,15 +34,17 @@ class Bridged:
     grid : CorrelationGrid
         First picture -> second.
     matches : Matches
-    sequence : MorphSequence
-    carried : (P, 2, 2) float64
-        Points of the middle grid, carried to the first and to the second picture, px.
+    warps : two Warp
+        Forward and backward, through the pairs that the cameras allow.
+    start : Warp
+        First picture -> second, through the points of the middle grid that were carried to
+        both: where the last match begins.
     """
 
     grid: CorrelationGrid
     matches: Matches
-    sequence: MorphSequence
-    carried: Floats
+    warps: tuple[Warp, Warp]
+    start: Warp
 
 
 def bridge_pictures(
@@ -51,7 +56,8 @@ def bridge_pictures(
     warps both ways (4). Synthetic pictures (5, 6) bridge the gap: a grid on the one in the
     middle is searched in the next by whole pixels (7) and carried outwards to both originals
     (8), which are matched with each other from there (9); synthetic pictures never enter that
-    last match.
+    last match. Where points are carried as the pictures were moved, those between the middle
+    and the originals are not needed, and not drawn.
 
     Parameters
     ----------
@@ -71,11 +77,29 @@ def bridge_pictures(
     """
     matches = clock.run("match", lambda: match_pictures(first, second, LawInputs(), config))
     warps = clock.run("warp", lambda: _warps(first, second, matches, views=views))
-    sequence = clock.run("morph", lambda: make_sequence(first, second, warps, config.morph))
-    carried = clock.run("carry", lambda: _carried(sequence, warps, config))
-    warp = _through(carried, first.shape)
-    grid = clock.run("correlate", lambda: correlate_originals(first, second, warp, config))
-    return Bridged(grid, matches, sequence, carried)
+    pictures, turn = clock.run("morph", lambda: _pictures(first, second, warps, config))
+    carried = clock.run("carry", lambda: _carried(pictures, warps, turn, config))
+    start = _through(carried, first.shape)
+    grid = clock.run("correlate", lambda: correlate_originals(first, second, start, config))
+    return Bridged(grid, matches, warps, start)
+
+
+def _pictures(
+    first: GreyImage, second: GreyImage, warps: tuple[Warp, Warp], config: RunConfig
+) -> tuple[Sequence[GreyImage], Turn]:
+    """Draw the whole way where it is searched picture by picture, else only its middle.
+
+    With the turn that the pictures were turned by.
+    """
+    from shapemorph.methods.morph_sequence import morph_sequence
+    from shapemorph.methods.sequence_steps import points_of
+
+    if config.correlate.mode == "paper":
+        sequence = make_sequence(first, second, warps, config.morph)
+        return sequence.pictures, sequence.turn
+    turn = turn_between(points_of(first), warps[0])
+    images = 0 if config.morph.images == 0 else 2
+    return (first, *morph_sequence(first, second, *warps, images=images, turn=turn), second), turn
 
 
 def _warps(
@@ -111,22 +135,26 @@ def _fitted(
     return fit_warp(source, target, extent=extent, spacing=spacing, smoothing=smoothing)
 
 
-def _carried(sequence: MorphSequence, warps: tuple[Warp, Warp], config: RunConfig) -> Floats:
+def _carried(
+    pictures: Sequence[GreyImage], warps: tuple[Warp, Warp], turn: Turn, config: RunConfig
+) -> Floats:
     """Search the middle grid in the next picture, and carry both outwards."""
     from shapemorph.methods.coarse_grid import carry_by_search, carry_by_warp, search_middle
+    from shapemorph.methods.subset_choice import choose_subset
 
+    given, paper = config.correlate, config.correlate.mode == "paper"
+    choice = choose_subset(pictures[0], subset_size=given.subset_size, spacing=given.spacing)
     middle = search_middle(
-        sequence.pictures,
-        search=config.correlate.search,
-        subset_size=config.correlate.subset_size,
-        spacing=config.correlate.spacing,
-        least_zncc=config.correlate.min_zncc,
+        pictures,
+        search=given.search,
+        subset_size=choice.subset_size,
+        spacing=choice.spacing if paper else SPARSE * choice.spacing,
+        least_zncc=given.min_zncc,
     )
-    if config.correlate.mode == "paper":
-        carried = carry_by_search(sequence.pictures, middle)
+    if paper:
+        carried = carry_by_search(pictures, middle)
     else:
-        images = len(sequence.pictures) - 2
-        carried = carry_by_warp(middle, warps, images=images, turn=sequence.turn)
+        carried = carry_by_warp(middle, warps, images=len(pictures) - 2, turn=turn)
     if len(carried) < ENOUGH:
         raise StageError(
             f"expected {ENOUGH} or more points of the middle of the morph sequence in both "

@@ -11,6 +11,7 @@ from pydantic import Field
 from shapemorph.config import ReproduceConfig, RunConfig, Section
 from shapemorph.core.stereo_twin import StereoTwin
 from shapemorph.io.safe_files import check_writable, whole_file, write_json
+from shapemorph.methods.synthetic.stereo_rig import MM_PER_PX
 from shapemorph.methods.twin_errors import TwinPoints, between_methods, error_figures
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.reproduce_limits import (
@@ -20,13 +21,14 @@ from shapemorph.pipeline.reproduce_limits import (
     limits_over_stretch,
     points_of,
     rms_of,
-    settings_of,
+    runs_of,
+    settings_by_case,
     silent,
 )
 from shapemorph.pipeline.run import Listener
 
-PAPER_METHODS = ("incremental", "image_morphing")
 BENCHMARK = "incremental"
+MOST_POINTS = 0.9  # share of the points with which a method is said to reach a stretch
 QUICK: dict[str, Any] = {
     "twin": {"law": "analytic", "scale": 0.25, "steps": 4, "travel": 24.0, "views": 0},
     "spacing": 6,
@@ -113,10 +115,10 @@ def reproduce_membrane(
     clock.run("twin", lambda: write_twin_case(config.twin, twin_folder, listener=silent))
     twin = read_twin(twin_folder / "truth.npz")
     cases = {}
-    for name, run in _runs(config, twin_folder).items():
+    for name, run in runs_of(config, twin_folder).items():
         cases[name] = clock.run(name, lambda name=name, run=run: _case(name, run, twin, folder))  # type: ignore[misc]
     stretched = clock.run("limits", lambda: limits_over_stretch(config, twin, twin_folder, folder))
-    noisy = [_as_it_is(cases["image_morphing"], config.twin.noise)]
+    noisy = [_as_it_is(cases[method], config.twin.noise) for method in METHODS]
     noisy += clock.run("noise", lambda: limits_over_noise(config, twin, twin_folder, folder))
     found = Reproduction(twin, twin_folder, config, cases, stretched, noisy)
     summary = _summary(found)
@@ -124,14 +126,6 @@ def reproduce_membrane(
     _write_table(folder / "errors.csv", summary)
     clock.run("page", lambda: write_page(found, summary, folder))
     return summary
-
-
-def _runs(config: ReproduceConfig, twin: Path) -> dict[str, RunConfig]:
-    runs = {method: settings_of(config, twin, method, paper=False) for method in METHODS}
-    if config.paper:
-        for method in PAPER_METHODS:
-            runs[f"paper_{method}"] = settings_of(config, twin, method, paper=True)
-    return runs
 
 
 def _case(name: str, run: RunConfig, twin: StereoTwin, folder: Path) -> Case:
@@ -146,7 +140,7 @@ def _case(name: str, run: RunConfig, twin: StereoTwin, folder: Path) -> Case:
 def _as_it_is(case: Case, noise: float) -> Limit:
     """Give the error with the noise that the pictures have of themselves."""
     summary = json.loads((case.folder / "summary.json").read_text(encoding="utf-8"))
-    return Limit("image_morphing", noise, rms_of(case.points), summary["points"]["ok_share"])
+    return Limit(case.name, noise, rms_of(case.points), summary["points"]["ok_share"])
 
 
 def _summary(found: Reproduction) -> dict[str, Any]:
@@ -170,7 +164,25 @@ def _summary(found: Reproduction) -> dict[str, Any]:
         "over_noise": [_row(limit, "noise_levels") for limit in found.over_noise],
     }
     settings = json.loads(found.config.model_dump_json())
-    return {"kind": found.twin.kind, "methods": methods, **limits, "settings": settings}
+    return {
+        "kind": found.twin.kind,
+        "methods": methods,
+        **limits,
+        "reach": _reach(found),
+        "settings": settings,
+        "settings_by_case": settings_by_case(found.config, found.twin_folder),
+    }
+
+
+def _reach(found: Reproduction) -> dict[str, float | None]:
+    """Largest stretch up to which each method finds most points, and to a pixel."""
+    pixel = MM_PER_PX / found.config.twin.scale
+    reach: dict[str, float | None] = {}
+    for limit in sorted(found.over_stretch, key=lambda limit: limit.at):
+        reach.setdefault(limit.method, None)
+        if limit.share >= MOST_POINTS and limit.error <= pixel:
+            reach[limit.method] = limit.at
+    return reach
 
 
 def _row(limit: Limit, at: str) -> dict[str, Any]:

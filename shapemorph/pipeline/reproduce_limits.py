@@ -24,6 +24,7 @@ from shapemorph.pipeline.picture_match import follow_pictures
 from shapemorph.pipeline.stereo_inputs import stereo_sequence
 
 METHODS = ("incremental", "image_morphing", "shape_morphing")
+PAPER_METHODS = ("incremental", "image_morphing")
 log = logging.getLogger(__name__)
 
 
@@ -76,6 +77,34 @@ def settings_of(config: ReproduceConfig, twin: Path, method: str, *, paper: bool
     )
 
 
+def runs_of(config: ReproduceConfig, twin: Path) -> dict[str, RunConfig]:
+    """Give the configuration of every case: our own by method, the paper's with its name."""
+    runs = {method: settings_of(config, twin, method, paper=False) for method in METHODS}
+    if config.paper:
+        for method in PAPER_METHODS:
+            runs[f"paper_{method}"] = settings_of(config, twin, method, paper=True)
+    return runs
+
+
+def settings_by_case(config: ReproduceConfig, twin: Path) -> dict[str, dict[str, Any]]:
+    """Name the settings in which ours and the paper's differ."""
+    table = {}
+    for name, run in runs_of(config, twin).items():
+        correlate, paper = run.correlate, run.correlate.mode == "paper"
+        bridged = run.track.method == "image_morphing"
+        table[name] = {
+            "criterion": "NCC" if paper else "ZNSSD",
+            "solver": f"{'SQP' if paper else 'IC-GN'} to {correlate.tolerance:g} px",
+            "shape_function": 1 if paper else correlate.order,
+            "subset_px": correlate.subset_size,
+            "spacing_px": correlate.spacing,
+            "search_px": correlate.search if paper or bridged else None,
+            "match_ratio": None if run.track.method == "incremental" else run.match.ratio,
+            "synthetic_images": (run.morph.images if paper else 2) if bridged else None,
+        }
+    return table
+
+
 def points_of(run: Path, twin: StereoTwin, rig: Rig, state: int) -> TwinPoints:
     """Read what a run has measured, with the truth about it."""
     measurement, _ = read_vtp(run / "measurement.vtp")
@@ -90,7 +119,7 @@ def limits_over_stretch(
     states = sorted({round(s) for s in np.linspace(0, last, config.states + 1)[1:]})
     found = []
     for state in states:
-        found.append(_direct(config, twin, pictures, state))
+        found.append(direct_correlation(config, twin, pictures, state))
         for method in METHODS:
             run = _until(config, pictures, method, state)
             found.append(_tried(method, run, twin, state, folder / "limits", _stretch(twin, state)))
@@ -110,7 +139,9 @@ def _until(config: ReproduceConfig, pictures: Path, method: str, state: int) -> 
     )
 
 
-def _direct(config: ReproduceConfig, twin: StereoTwin, pictures: Path, state: int) -> Limit:
+def direct_correlation(
+    config: ReproduceConfig, twin: StereoTwin, pictures: Path, state: int
+) -> Limit:
     """Correlate the last pictures with the first as they are, from neighbour to neighbour.
 
     Between the views of the first state, which are alike, as ever.
@@ -188,19 +219,22 @@ def _stretch(twin: StereoTwin, state: int) -> float:
 def limits_over_noise(
     config: ReproduceConfig, twin: StereoTwin, pictures: Path, folder: Path
 ) -> list[Limit]:
-    """Try image-morphing with further noise."""
+    """Try every method with further noise."""
     last, found = len(twin.maps) - 1, []
     for level in config.noises:
         noisy = folder / "limits" / f"noise_{level:g}"
-        _add_noise(pictures, noisy, (0, last), level, config.twin.seed)
-        run = settings_of(config, noisy, "image_morphing", paper=False)
+        _add_noise(pictures, noisy, range(last + 1), level, config.twin.seed)
         total = float(np.hypot(level, config.twin.noise))
-        found.append(_tried("image_morphing", run, twin, last, folder / "limits", total))
+        for method in METHODS:
+            run = settings_of(config, noisy, method, paper=False)
+            report = run.report.model_copy(update={"figures": False})
+            run = run.model_copy(update={"report": report})
+            found.append(_tried(method, run, twin, last, folder / "limits", total))
     return found
 
 
 def _add_noise(
-    pictures: Path, folder: Path, states: tuple[int, ...], level: float, seed: int
+    pictures: Path, folder: Path, states: Iterable[int], level: float, seed: int
 ) -> None:
     """Copy the pictures of some states, with noise; what lies beside them as it is."""
     from shapemorph.io.images import read_grey_image, write_grey_png

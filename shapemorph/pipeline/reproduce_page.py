@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def write_page(found: "Reproduction", summary: dict[str, Any], folder: Path) -> None:
     """Write index.html with figures/ beside it."""
-    from shapemorph.view.reproduction import page_html
+    from shapemorph.view.reproduction_page import page_html
 
     figures = _draw(found, summary, folder) if found.config.figures else []
     with whole_file(folder / "index.html") as partial:
@@ -31,6 +31,7 @@ def _draw(found: "Reproduction", summary: dict[str, Any], folder: Path) -> list[
         error_figure,
         field_figure,
         gradient_figure,
+        likeness_figure,
         limits_figure,
         profile_figure,
         stereo_figure,
@@ -39,7 +40,10 @@ def _draw(found: "Reproduction", summary: dict[str, Any], folder: Path) -> list[
     last = len(found.twin.maps) - 1
     names = [f"{side}_{state:02d}.png" for state in (0, last) for side in ("left", "right")]
     pictures = [read_grey_image(found.twin_folder / name).grey for name in names]
-    measured, _ = read_vtp(found.cases["image_morphing"].folder / "measurement.vtp")
+    by_case = {
+        name: read_vtp(case.folder / "measurement.vtp")[0] for name, case in found.cases.items()
+    }
+    measured = by_case["image_morphing"]
     points = {name: case.points for name, case in found.cases.items()}
     named = [
         ("01_stereo_pairs", stereo_figure(pictures, measured, found.twin.rig)),
@@ -47,6 +51,7 @@ def _draw(found: "Reproduction", summary: dict[str, Any], folder: Path) -> list[
         ("05_fields", field_figure(points["image_morphing"])),
         ("07_profiles", profile_figure(points, _true_profiles(found.twin))),
         ("08_errors", error_figure(points)),
+        ("10_zncc", likeness_figure(by_case)),
     ]
     if summary["over_stretch"]:
         limits = limits_figure(summary["over_stretch"], summary["over_noise"])
@@ -70,24 +75,30 @@ def _true_profiles(twin: StereoTwin) -> tuple[Floats, Floats, Floats]:
 
 def _draw_stages(found: "Reproduction", folder: Path) -> None:
     """Draw how image-morphing bridges the views of the last state, as pictures and animation."""
+    from shapemorph.methods.warping import warp_points
     from shapemorph.pipeline.clock import Clock
     from shapemorph.pipeline.image_morphing import bridge_pictures
     from shapemorph.pipeline.pictures import with_sizes
     from shapemorph.pipeline.reproduce_limits import settings_of, silent
-    from shapemorph.pipeline.sequence import write_sequence
+    from shapemorph.pipeline.sequence import make_sequence, write_sequence
     from shapemorph.pipeline.stereo_inputs import stereo_sequence
     from shapemorph.view.figures import encoded, write_pictures
-    from shapemorph.view.reproduction import stages_figure
+    from shapemorph.view.reproduction import guess_figure, stages_figure
 
     run = settings_of(found.config, found.twin_folder, "image_morphing", paper=False)
     sequence = stereo_sequence(run)
     left, right = (sequence.picture(side, sequence.states - 1) for side in ("left", "right"))
     bridged = bridge_pictures(left, right, with_sizes(run, left), Clock(silent), views=True)
-    named = [("02_stages", stages_figure(bridged.sequence.pictures, bridged.matches))]
+    way = make_sequence(left, right, bridged.warps, run.morph)
+    at = bridged.grid.reference_px.reshape(-1, 2)
+    named = [
+        ("02_stages", stages_figure(way.pictures, bridged.matches)),
+        ("11_first_guesses", guess_figure(bridged.grid, *warp_points(bridged.start, at))),
+    ]
     write_pictures(encoded(iter(named)), folder / "figures")
     (folder / "morph").mkdir(exist_ok=True)
     if not (folder / "morph" / "sequence").exists():
-        write_sequence(folder / "morph", bridged.sequence)
+        write_sequence(folder / "morph", way)
 
 
 def _of_shapes(folder: Path) -> list[str]:

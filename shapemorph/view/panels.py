@@ -30,6 +30,7 @@ PAGE_STYLE = """\
 body { margin: 0 auto; max-width: 1500px; padding: 1.5rem 1rem; color: #1d2430; background: #fff;
   font: 15px/1.45 system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
 h1 { font-size: 1.4rem; margin: 0; }
+h2 { font-size: 1.1rem; margin: 1.6rem 0 .3rem; }
 p { color: #5d6673; margin: .3rem 0 1rem; max-width: 60rem; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; vertical-align: top; padding: .3rem .9rem .3rem 0;

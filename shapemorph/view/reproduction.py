@@ -1,4 +1,4 @@
-"""Figures and page of a reproduced experiment: every method against the truth."""
+"""Figures of a reproduced experiment: every method against the truth."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -7,13 +7,14 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys
 from shapemorph.core.camera import Rig
+from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.twin_errors import TwinPoints
 from shapemorph.view.layout import Heading
-from shapemorph.view.panels import PAGE_STYLE, draw_photograph, draw_points, sheet
+from shapemorph.view.panels import draw_photograph, draw_points, sheet
 from shapemorph.view.plots import even_selection
 from shapemorph.view.style import DEFORMED_COLOUR, INK, REFERENCE_COLOUR, SMALL
 
@@ -144,6 +145,44 @@ def error_figure(points: Mapping[str, TwinPoints]) -> "Figure":
     return figure
 
 
+def likeness_figure(measured: Mapping[str, Measurement]) -> "Figure":
+    """Map the ZNCC of the last match of every method, over the first picture of each."""
+    heading = Heading("Likeness of the last match", "zero-mean normalised cross-correlation")
+    figure, axes = sheet([WORDS.get(name, name) for name in measured], 3, heading)
+    for own, found in zip(axes, measured.values(), strict=True):
+        ok = found.arrays["status"] == PointStatus.OK
+        draw_points(figure, own, found.arrays["reference_px"][ok], found.arrays["zncc"][ok], "–")
+        own.invert_yaxis()
+    return figure
+
+
+def guess_figure(grid: CorrelationGrid, targets: Floats, gradient: Floats) -> "Figure":
+    """Map what the last match has changed of its first guesses p0: p - p0.
+
+    Parameters
+    ----------
+    grid : CorrelationGrid
+        From the left picture of the last state into the right one.
+    targets : (N, 2)
+        Where its points were looked for, px.
+    gradient : (N, 2, 2)
+        With this gradient.
+    """
+    ok = (grid.status == PointStatus.OK).ravel() & np.isfinite(targets).all(axis=1)
+    at = grid.reference_px.reshape(-1, 2)[ok]
+    moved = (grid.deformed_px.reshape(-1, 2) - targets)[ok]
+    bent = (grid.gradient.reshape(-1, 2, 2) - gradient)[ok]
+    parts = [("u", moved[:, 0], "px"), ("u_x", bent[:, 0, 0], "–"), ("u_y", bent[:, 0, 1], "–")]
+    parts += [("v", moved[:, 1], "px"), ("v_x", bent[:, 1, 0], "–"), ("v_y", bent[:, 1, 1], "–")]
+    note = "p - p0: match of the two originals, less its start; last state, left to right"
+    titles = [f"{name} - {name}0" for name, _, _ in parts]
+    figure, axes = sheet(titles, 3, Heading("First guesses", note))
+    for own, (_, values, unit) in zip(axes, parts, strict=True):
+        draw_points(figure, own, at, values, unit)
+        own.invert_yaxis()
+    return figure
+
+
 def limits_figure(
     over_stretch: Sequence[Mapping[str, Any]], over_noise: Sequence[Mapping[str, Any]]
 ) -> "Figure":
@@ -161,10 +200,12 @@ def limits_figure(
         style: dict[str, Any] = {"color": colour, "label": WORDS.get(method, method)}
         axes[0].semilogy(place, [row["error_rms_mm"] for row in rows], "o-", markersize=4, **style)
         axes[1].plot(place, [row["share_of_points"] for row in rows], "o-", markersize=4, **style)
+        noisy = [row for row in over_noise if row["method"] == method]
+        levels = [row["noise_levels"] for row in noisy]
+        axes[2].semilogy(
+            levels, [row["error_rms_mm"] for row in noisy], "o-", markersize=4, **style
+        )
     axes[1].legend(fontsize=SMALL * 0.7, frameon=False)
-    noise = [row["noise_levels"] for row in over_noise]
-    errors = [row["error_rms_mm"] for row in over_noise]
-    axes[2].plot(noise, errors, "o-", color=COLOURS[1], markersize=4)
     return figure
 
 
@@ -186,79 +227,3 @@ def _strip(points: TwinPoints, component: int, along: int) -> tuple[Floats, Floa
     across = points.material[:, 1 - along]
     near = np.abs(across) < STRIP * np.ptp(points.material[:, along])
     return points.material[near, along], points.displacement[near, component]
-
-
-def page_html(summary: Mapping[str, Any], figures: Sequence[str]) -> str:
-    """Write the page as HTML; figures lie beside it."""
-    from jinja2 import Environment, select_autoescape
-
-    import shapemorph
-
-    environment = Environment(autoescape=select_autoescape(default=True))
-    rows = [_row(name, method) for name, method in summary["methods"].items()]
-    return environment.from_string(_PAGE).render(
-        kind=summary["kind"],
-        rows=rows,
-        limits=_LIMITS,
-        figures=figures,
-        style=PAGE_STYLE,
-        version=shapemorph.__version__,
-    )
-
-
-_LIMITS = (
-    "ours: mean + s.d. at most 0.005 mm in u and v, 0.012 mm in w (incremental twice that), no "
-    "point off by more than 0.06 mm, more than 5200 points, at full size"
-)
-
-
-def _row(name: str, method: Mapping[str, Any]) -> dict[str, Any]:
-    truth, other = method["against_truth_mm"], method["against_incremental_mm"]
-
-    def text(figures: Mapping[str, float]) -> str:
-        return f"{figures['mean']:.4f} ± {figures['std']:.4f}"
-
-    return {
-        "name": WORDS.get(name, name),
-        "points": method["points"],
-        "truth": [text(truth[key]) for key in ("u", "v", "w", "E1", "E2")],
-        "largest": f"{max(truth[key]['largest'] for key in 'uvw'):.3f}",
-        "other": [text(other[key]) if other else "–" for key in "uvw"],
-        "seconds": f"{method['seconds']:.0f}",
-        "report": f"{name}/report.html",
-    }
-
-
-_PAGE = """\
-<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>shapemorph: {{ kind }}</title>
-{{ style|safe }}
-</head>
-<body>
-<h1>The {{ kind }}, by every method, against the truth</h1>
-<p>Errors in mm, mean ± standard deviation over all points; strains without unit. Required of
-{{ limits }}. The paper printed, against its incremental method: image-morphing w 0.06 ± 0.07,
-u 0.03 ± 0.04, v 0.01 ± 0.02; shape-morphing w 0.05 ± 0.03, u 0.02 ± 0.01, v 0.02 ± 0.02.</p>
-<div><table>
-<thead><tr><th rowspan="2">method</th><th rowspan="2">points</th>
-<th colspan="6">against the truth</th><th colspan="3">against incremental</th>
-<th rowspan="2">seconds</th></tr>
-<tr><th>u</th><th>v</th><th>w</th><th>E₁</th><th>E₂</th><th>largest</th>
-<th>u</th><th>v</th><th>w</th></tr></thead>
-<tbody>
-{% for row in rows %}<tr><td><a href="{{ row.report }}">{{ row.name }}</a></td>
-<td>{{ row.points }}</td>{% for text in row.truth %}<td>{{ text }}</td>{% endfor %}
-<td>{{ row.largest }}</td>{% for text in row.other %}<td>{{ text }}</td>{% endfor %}
-<td>{{ row.seconds }}</td></tr>
-{% endfor %}</tbody></table></div>
-{% for figure in figures %}<img src="{{ figure }}" alt="{{ figure }}">
-{% endfor %}
-<p><a href="summary.json">summary.json</a> · <a href="errors.csv">errors.csv</a> ·
-<a href="morph/sequence.gif">morph sequence</a> · shapemorph {{ version }}</p>
-</body>
-</html>
-"""
