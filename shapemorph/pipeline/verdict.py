@@ -67,12 +67,12 @@ def _close_matches(sections: Mapping[str, Any]) -> Iterator[Finding]:
 def _lawful(sections: Mapping[str, Any]) -> Iterator[Finding]:
     """Doubt a law that most matches contradict."""
     instead = sections.get("morph", {}).get("matches_instead_of_law", 0)
-    if instead > _MOST_INSTEAD * sections["match"]["pairs"]:
+    pairs = sections.get("match", {}).get("pairs", 0)
+    if instead > _MOST_INSTEAD * pairs:
         yield (
             WARN,
-            f"law {sections['morph']['law']} leads nowhere at {instead} of "
-            f"{sections['match']['pairs']} matches, which took over: check its file, its units "
-            "and its frame, or leave morph.law at warp",
+            f"law {sections['morph']['law']} leads nowhere at {instead} of {pairs} matches, which "
+            "took over: check its file, its units and its frame, or leave morph.law at warp",
         )
 
 
