@@ -1,5 +1,6 @@
 """The three methods on a small synthetic membrane, against its truth."""
 
+import json
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -93,6 +94,20 @@ def test_a_missing_picture_is_missed(case, tmp_path):
         track_stereo(
             config.model_copy(update={"inputs": inputs}), tmp_path, listener=lambda _: None
         )
+
+
+def test_a_calibration_of_another_size_is_refused(case, tmp_path):
+    rig = json.loads((case / "rig.json").read_text(encoding="utf-8"))
+    for camera in rig["cameras"]:
+        camera["size_px"] = [800, 600]
+    (tmp_path / "rig.json").write_text(json.dumps(rig), encoding="utf-8")
+    config = settings(case, "incremental")
+    inputs = config.inputs.model_copy(update={"rig": tmp_path / "rig.json"})
+    with pytest.raises(DataError, match=r"left_00\.png: expected 800 x 600 px as the left camera"):
+        track_stereo(
+            config.model_copy(update={"inputs": inputs}), tmp_path / "run", listener=lambda _: None
+        )
+    assert not (tmp_path / "run").exists()
 
 
 def test_swapped_cameras_are_noticed(case, tmp_path):
