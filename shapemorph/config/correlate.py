@@ -50,6 +50,12 @@ class CorrelateConfig(Section):
     tolerance: float = Field(1e-3, gt=0, description="stop below this motion of a corner, px")
     max_iterations: int = Field(30, ge=1, description="beyond it: NOT_CONVERGED")
     min_zncc: float = Field(0.7, ge=-1, le=1, description="below it: LOW_ZNCC")
+    max_sigma: float = Field(
+        0.06,
+        gt=0,
+        description="largest random error of a component that is believed where it stands out "
+        "from the others, px of the deformed side; beyond it: UNCERTAIN",
+    )
     min_inside: float = Field(
         0.5, gt=0, le=1, description="share of a subset that must lie inside the mask"
     )

@@ -13,8 +13,9 @@ TILE, MOST_TILES = 96, 24  # px; looked at
 FULL = 0.9  # share of a tile that both pictures must show
 INSIDE = np.pad(np.ones((TILE - 8, TILE - 8), dtype=bool), 4)  # of a tile: slopes need neighbours
 LEAST_TILES = 3
-LEAST_BLUR = 0.5  # px^2, and ...
-LEAST_SHARE = 0.15  # ... of the speckle's own covariance: less does no harm
+LEAST_BLUR = 0.12  # px^2, and ...
+LEAST_SHARE = 0.03  # ... of the speckle's own covariance: less does no harm
+LEAST_OF_LARGER = 0.1  # of the blur along the other direction, which changes the contrast of both
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +64,8 @@ def missing_blur(reference: GreyImage, deformed: GreyImage) -> MissingBlur:
     ours, theirs = np.median(np.array(pairs, np.float64), axis=0)
     eigenvalues, axes = np.linalg.eigh(theirs - ours)
     sharper = 0.5 * float(min(np.trace(ours), np.trace(theirs)))
-    least = max(LEAST_BLUR, LEAST_SHARE * sharper)
+    larger = float(np.abs(eigenvalues).max())
+    least = max(LEAST_BLUR, LEAST_SHARE * sharper, LEAST_OF_LARGER * larger)
     counted = np.where(np.abs(eigenvalues) >= least, eigenvalues, 0.0)
     return MissingBlur(
         (axes * np.maximum(counted, 0.0)) @ axes.T, (axes * np.maximum(-counted, 0.0)) @ axes.T

@@ -33,6 +33,8 @@ def renew_warp(
     which an affine subset cannot follow, but not the noise of single points: what varies
     within a subset is not measured again by the next correlation, it stays. The fit is
     wide, and narrow where it differs from the wide one by more than noise: near kinks.
+    Points that are less certain than most, as cut subsets are, weigh less, so that the warp
+    does not bend with their noise where it runs out.
 
     Parameters
     ----------
@@ -43,8 +45,8 @@ def renew_warp(
     deformed : (R, C, 2)
         Where the points went, px.
     noise : (R, C)
-        Rough random error of a component of each point, px; NaN where the point is not to
-        be trusted.
+        Rough random error of a component of each point, > 0, px; NaN where the point is not
+        to be trusted.
     spacing : int
         Of the grid, px.
     reach : (float, float)
@@ -62,23 +64,25 @@ def renew_warp(
     known[inner] = usable
     level = np.zeros((*known.shape, 1))
     level[known, 0] = noise[usable]
+    weight = np.zeros(known.shape)
+    weight[known] = np.minimum(np.median(noise[usable]) / noise[usable], 1.0) ** 2
     narrow, wide = (
-        fill_gaps(*smooth_quadratic(correction, known, reach=each / spacing)) for each in reach
+        fill_gaps(*smooth_quadratic(correction, weight, reach=each / spacing)) for each in reach
     )
     target = before + _blend(narrow, wide, fill_gaps(level, known)[..., 0], known)
     return Warp(spline_through(target), np.array([x[0], y[0]]), float(spacing))
 
 
-def smooth_quadratic(values: Floats, known: Bools, *, reach: float) -> tuple[Floats, Bools]:
+def smooth_quadratic(values: Floats, weight: Floats, *, reach: float) -> tuple[Floats, Bools]:
     """Fit a quadratic surface around every point of a grid, with Gaussian weights.
 
     Parameters
     ----------
     values : (R, C, D)
-    known : (R, C) bool
-        Values that count.
+    weight : (R, C)
+        Of each value, from 0, where it is not known, to 1.
     reach : float
-        Standard deviation of the weights, in points.
+        Standard deviation of the Gaussian weights, in points.
 
     Returns
     -------
@@ -96,13 +100,13 @@ def smooth_quadratic(values: Floats, known: Bools, *, reach: float) -> tuple[Flo
         rows = correlate1d(field, kernels[along_x], axis=1, mode="constant")
         return np.asarray(correlate1d(rows, kernels[along_y], axis=0, mode="constant"))
 
-    weight = known.astype(np.float64)
+    known = weight > 0
     table = {(a, b): moment(weight, a, b) for a in range(5) for b in range(5 - a)}
     normal = np.stack([[table[p[0] + q[0], p[1] + q[1]] for p in TERMS] for q in TERMS])
     normal = np.moveaxis(normal, (0, 1), (-2, -1))
     right = np.stack(
         [
-            [moment(np.where(known, values[..., k], 0.0), *p) for p in TERMS]
+            [moment(weight * np.where(known, values[..., k], 0.0), *p) for p in TERMS]
             for k in range(values.shape[-1])
         ]
     )

@@ -16,11 +16,13 @@ from shapemorph.core.matching import Warp
 from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.methods.correlation_noise import displacement_covariance
+from shapemorph.methods.cut_subsets import cut_noise, inside_share
 from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
 from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper
 from shapemorph.methods.propagation import correlate_from_seeds
 from shapemorph.methods.rest_motion import unfollowed_motion
+from shapemorph.methods.returned_matches import lost_on_return
 from shapemorph.methods.sharpness import blurred, missing_blur
 from shapemorph.methods.spline_pictures import (
     DeformedPicture,
@@ -29,6 +31,7 @@ from shapemorph.methods.spline_pictures import (
     prepare_deformed,
     prepare_reference,
 )
+from shapemorph.methods.steady_slopes import stands_out, steady_slopes
 from shapemorph.methods.subset_choice import choose_subset
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, affine_starts, grid_points
 from shapemorph.methods.systematic import shape_bias, systematic_error
@@ -105,7 +108,8 @@ def correlate(
         for renewal in range(config.refinements + 1):
             found = _matcher(config, settings, morphed.image, starts)(source, target, grid)
             seconds += found.seconds
-            noise = _rough_noise(found, detail, settings)
+            share = inside_share(source, target, grid, found, radius=settings.radius)
+            noise = cut_noise(share) * _rough_noise(found, detail, settings)
             if renewal == config.refinements or (
                 starts is not None and _follows(found, noise, grid.spacing, settings)
             ):
@@ -113,12 +117,18 @@ def correlate(
             morphed = _renew(morphed.warp, remorph, grid, found, settings, noise)
             target = prepare_deformed(morphed.image, pad=source.pad, degree=settings.degree)
             starts = None
+        found = _returning(reference, morphed.image, grid, found, noise, settings)
         if not found.ok.any():
             raise StageError(_nothing(found.status))
         covariance = displacement_covariance(
             source, target, grid.points, found.warps, found.ok, settings=settings
         )
-    composed = _compose(morphed.warp, grid, found, covariance, settings, seconds)
+        if settings.order == 1 and config.mode == "icgn":
+            found, covariance = steady_slopes(
+                source, target, grid, found, covariance, settings=settings
+            )
+    found = replace(found, seconds=seconds)
+    composed = _compose(morphed.warp, grid, found, covariance, settings, config.max_sigma)
     rest = unfollowed_motion(
         source, target, grid.points, found.warps, found.ok, radius=settings.radius
     )
@@ -142,6 +152,27 @@ def _as_soft(
         lambda warp: blurred(remorph(warp), missing.deformed),
         soft,
     )
+
+
+def _returning(
+    reference: GreyImage,
+    deformed: GreyImage,
+    grid: PointGrid,
+    found: GridMatches,
+    noise: Floats,
+    settings: SubsetSettings,
+) -> GridMatches:
+    """Take the matches in doubt that do not lead back to their start for what they are."""
+
+    def backwards() -> tuple[ReferencePicture, DeformedPicture]:
+        pad, degree = settings.pad, settings.degree
+        return (
+            prepare_reference(deformed, allowed=None, pad=pad, degree=degree),
+            prepare_deformed(reference, pad=pad, degree=degree),
+        )
+
+    lost = lost_on_return(backwards, grid, found, noise, settings=settings)
+    return replace(found, status=np.where(lost, np.uint8(PointStatus.UNCERTAIN), found.status))
 
 
 Matcher = Callable[[ReferencePicture, DeformedPicture, PointGrid], GridMatches]
@@ -234,7 +265,7 @@ def _compose(
     found: GridMatches,
     covariance: Floats,
     settings: SubsetSettings,
-    seconds: float,
+    max_sigma: float,
 ) -> CorrelationGrid:
     """Carry what was found in the morphed picture on into the deformed one."""
     deformed, slope = _through_warp(warp, found.position)
@@ -242,6 +273,9 @@ def _compose(
     carried = slope @ covariance @ np.swapaxes(slope, -1, -2)
     finite = np.isfinite(deformed).all(axis=-1) & np.isfinite(carried).all(axis=(-1, -2))
     status = np.where(found.ok & ~finite, np.uint8(PointStatus.LEFT_IMAGE), found.status)
+    uncertain = (status == PointStatus.OK) & stands_out(covariance)
+    uncertain &= np.diagonal(carried, axis1=-2, axis2=-1).max(axis=-1) > max_sigma**2
+    status[uncertain] = PointStatus.UNCERTAIN
     lost = status != PointStatus.OK
     if lost.all():
         raise StageError(_nothing(status))
@@ -257,7 +291,7 @@ def _compose(
         status=status,
         spacing=grid.spacing,
         subset_size=2 * settings.radius + 1,
-        kernel_seconds=seconds,
+        kernel_seconds=found.seconds,
         shared_px2=carried[..., 0, 1],
     )
 

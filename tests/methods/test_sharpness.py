@@ -32,6 +32,12 @@ def test_each_may_be_softer_along_one_direction():
     np.testing.assert_allclose(found.deformed, np.diag([4.0, 0.0]), atol=0.4)
 
 
+def test_a_slight_blur_along_one_direction_is_found():
+    found = missing_blur(picture(noise=0.01), picture(sigma=(0.0, 0.5), noise=0.01, seed=1))
+    np.testing.assert_allclose(found.reference, np.diag([0.25, 0.0]), atol=0.05)
+    assert not found.deformed.any()
+
+
 def test_equally_sharp_pictures_stay_as_they_are():
     assert not missing_blur(picture(noise=0.01), picture(noise=0.03, seed=1))
     assert not missing_blur(picture(), picture(sigma=(0.4, 0.4)))

@@ -67,6 +67,20 @@ def test_noise_of_single_points_hardly_enters():
     assert left.std() < 0.3 * 0.02
 
 
+def test_a_warp_does_not_bend_with_the_noise_of_uncertain_points_at_its_rim():
+    points, rng = _points().astype(float), np.random.default_rng(3)
+    level = np.full(points.shape[:2], 0.01)
+    level[:, :2] = 0.2
+    deformed = points + level[..., None] * rng.normal(size=points.shape)
+    everything = np.ones(points.shape[:2], dtype=bool)
+    at = points[4:-4, 0]
+    off = [
+        np.abs(warp_points(_renew(deformed, everything, noise=each), at)[0] - at).mean()
+        for each in (level, 0.01)
+    ]
+    assert off[0] < 0.5 * off[1]
+
+
 def test_a_kink_is_followed_more_closely_than_by_the_wide_fit_alone():
     points = _points().astype(float)
     beyond = np.maximum(points[..., 0] - 75.0, 0.0)
@@ -109,6 +123,6 @@ def test_a_local_quadratic_fit_reproduces_a_quadratic_to_the_rim(reach):
     values = (1 + 0.3 * rows - 0.2 * cols + 0.02 * rows * cols - 0.01 * cols**2)[..., None]
     known = np.ones((20, 26), dtype=bool)
     known[5:8, 9] = False
-    smooth, sound = smooth_quadratic(values, known, reach=reach)
+    smooth, sound = smooth_quadratic(values, known.astype(float), reach=reach)
     assert sound.all()
     assert_allclose(smooth, values, atol=2e-3)  # a ridge of 1e-6 of the weight
