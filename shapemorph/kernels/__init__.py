@@ -6,7 +6,8 @@ that could be a measurement.
 
 numba's disk cache watches only the file of the function that is called, so a change
 in a helper elsewhere would go unnoticed. The cache is therefore keyed by the text of
-all kernels together.
+all kernels together, and of the status codes that they take for constants, also in a
+folder that NUMBA_CACHE_DIR names.
 """
 
 import hashlib
@@ -19,7 +20,8 @@ from platformdirs import user_cache_dir
 from shapemorph.kernels.cache_files import guard_cache
 
 guard_cache()
-_sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
-_key = hashlib.sha256(_sources).hexdigest()[:12]
-if "NUMBA_CACHE_DIR" not in os.environ:
-    numba.config.CACHE_DIR = str(Path(user_cache_dir("shapemorph")) / f"numba-{_key}")
+_here = Path(__file__).parent
+_read = [*sorted(_here.glob("*.py")), _here.parent / "core" / "status.py"]
+_key = hashlib.sha256(b"".join(path.read_bytes() for path in _read)).hexdigest()[:12]
+_folder = Path(os.environ.get("NUMBA_CACHE_DIR") or user_cache_dir("shapemorph"))
+numba.config.CACHE_DIR = str(_folder / f"numba-{_key}")

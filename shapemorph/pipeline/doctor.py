@@ -149,7 +149,7 @@ def _kernel_cache() -> Finding:
     except ImportError as error:
         return Finding("kernel cache", ok=False, detail=str(error), remedy=_install("numba"))
 
-    place = Path(os.environ.get("NUMBA_CACHE_DIR") or numba.config.CACHE_DIR)
+    place = Path(numba.config.CACHE_DIR)
     probe = place / f".writable-{os.getpid()}"
     try:
         place.mkdir(parents=True, exist_ok=True)

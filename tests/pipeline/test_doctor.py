@@ -38,7 +38,6 @@ def test_a_process_that_dies_without_words_is_a_finding():
 
 
 def test_a_kernel_cache_that_cannot_be_written_is_a_finding(monkeypatch):
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     import shapemorph.kernels  # noqa: F401 - it sets the place of the cache
 
     monkeypatch.setattr(numba.config, "CACHE_DIR", "/proc/no/cache")
