@@ -39,6 +39,9 @@ MAX_DAMPING = 1e4
 FADED = 0.1  # the deformed subset may have so much less contrast than the reference must have
 
 SHRINKING = 0.25  # steps that shrink at least so much go on shrinking
+SLOW_AFTER, SLOW_AGAIN = 6, 3  # iterations before steps are lengthened, and between two of them
+ALIKE = 0.8  # squared cosine between steps that go on in one direction
+SLOWEST = 0.97  # ratio between such steps that is believed
 
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
@@ -132,6 +135,26 @@ def _settled(motion, last_motion, tolerance) -> bool:  # type: ignore[no-untyped
     return bool(motion < SHRINKING * last_motion and motion * motion < 0.5 * tolerance * left)
 
 
+@inner()
+def _steps_to_come(step, last, radius) -> float:  # type: ignore[no-untyped-def]
+    """Sum all steps of a geometric series, this one as unit; 1 where it is none.
+
+    Noise in the gradients of a pattern that is faint in one direction (grain) makes every
+    step too short by the same factor.
+    """
+    r = float(radius)
+    both, one, other = 0.0, 0.0, 0.0
+    for a in range(12):
+        term = a % 6
+        weight = 1.0 if term == 0 else (r * r if term < 3 else r * r * r * r)
+        both += weight * step[a] * last[a]
+        one += weight * step[a] * step[a]
+        other += weight * last[a] * last[a]
+    if not (both > 0.0 and both * both > ALIKE * one * other and one < other):
+        return 1.0
+    return float(1.0 / (1.0 - min(np.sqrt(one / other), SLOWEST)))
+
+
 @njit(inline="always")
 def _match_one(  # type: ignore[no-untyped-def]
     reference, inside, counts, coefficients, wide, other_inside, other_counts, x, y, warp,
@@ -142,7 +165,7 @@ def _match_one(  # type: ignore[no-untyped-def]
     hessian, lower, products = system[0:12], system[12:24], system[24:27]
     total, along, moments, right = system[27], system[28], system[29], system[30]
     best_right, step, best, trial = system[31], system[32, :12], system[33, :12], system[34, :12]
-    solution = system[35]
+    solution, last_step = system[35], system[36, :12]
     terms = (order + 1) * (order + 2) // 2
     unknowns = 2 * terms
     row, col = y - radius, x - radius
@@ -155,7 +178,7 @@ def _match_one(  # type: ignore[no-untyped-def]
     mean, offset, energy = _ZERO, 0.0, 0.0
     best_zncc = -2.0
     start_x, start_y = warp[0], warp[6]
-    last_motion = 0.0
+    last_motion, last_long = 0.0, SLOW_AFTER
     for iteration in range(1, max_iterations + 1):
         where = _whole_box(other_counts, x, y, warp, radius)
         if where == 0:
@@ -221,6 +244,13 @@ def _match_one(  # type: ignore[no-untyped-def]
         for a in range(terms):
             step[a] = solution[a]
             step[6 + a] = solution[terms + a]
+        if damping == 0.0 and iteration >= last_long + SLOW_AGAIN - 1:
+            to_come = _steps_to_come(step, last_step, radius)
+            copy(step, last_step)
+            if iteration >= last_long + SLOW_AGAIN and to_come > 1.0:
+                last_long = iteration
+                for a in range(12):
+                    step[a] *= to_come
         compose_with_inverse(warp, step, order == 2, trial)
         copy(trial, warp)
         drift_x, drift_y = warp[0] - start_x, warp[6] - start_y
@@ -312,7 +342,7 @@ def match_subsets(
     for i in range(lanes):
         lane_x[i] = np.float32(i - radius)
     weights = np.zeros((width, lanes), dtype=np.float32)
-    system = np.zeros((36, 15))
+    system = np.zeros((37, 15))
     full = False
     for k in range(points.shape[0]):
         outcome[k], zncc[k], iterations[k], full = _match_one(

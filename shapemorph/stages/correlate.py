@@ -18,6 +18,7 @@ from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.cut_subsets import cut_noise, inside_share
 from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
+from shapemorph.methods.light import uneven_light
 from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper
 from shapemorph.methods.propagation import correlate_from_seeds
@@ -83,6 +84,7 @@ def correlate(
         If no point has a value.
     """
     if start is None and config.mode == "icgn":
+        remorph, morphed = _as_lit(reference, remorph, morphed)
         reference, remorph, morphed = _as_soft(reference, remorph, morphed)
     choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
     log.info("%s", choice.reason)
@@ -134,6 +136,20 @@ def correlate(
     )
     bias = systematic_error(source, found, rest, composed, order=settings.order)
     return replace(composed, bias_px=bias, smoothing=SMOOTHING[0] if renewal else 0.0)
+
+
+def _as_lit(
+    reference: GreyImage, remorph: Callable[[Warp], GreyImage], morphed: Morphed
+) -> tuple[Callable[[Warp], GreyImage], Morphed]:
+    """Take off the deformed picture what light does to it and not to the reference."""
+    light = uneven_light(reference, morphed.image)
+    if light is None:
+        return remorph, morphed
+    log.info("the light on the deformed side varies otherwise than on the reference: evened out")
+    return (
+        lambda warp: light.taken_off(remorph(warp)),
+        Morphed(light.taken_off(morphed.image), morphed.warp),
+    )
 
 
 def _as_soft(

@@ -105,3 +105,32 @@ def test_an_error_in_a_block_is_not_swallowed():
 
     with kernel_threads(2), pytest.raises(ZeroDivisionError):
         run_blocks(work, 10, block=1)
+
+
+def test_a_pattern_that_is_faint_along_one_direction_settles_all_the_same(pixel_grid):
+    rng = np.random.default_rng(5)
+    x, y = np.moveaxis(pixel_grid((160, 200)), -1, 0)
+
+    def picture(x, y):
+        grey = 0.5 + 0.3 * np.sin(2 * np.pi * x / 7.3) * (1 + 0.2 * np.sin(x / 17))
+        grey = grey + 0.008 * np.sin(2 * np.pi * y / 9) + 0.01 * rng.normal(size=x.shape)
+        return GreyImage(grey.astype(np.float32), np.ones(x.shape, dtype=bool))
+
+    before, after = picture(x, y), picture(x - 0.3, y - 0.4)
+    settings = SubsetSettings(15, 1, 1e-3, 30, 0.6, 20.0)
+    points = np.stack(np.meshgrid(np.arange(40, 160, 10), np.arange(40, 120, 10)), -1)
+    points = points.reshape(-1, 2)
+    found = match_points(
+        prepare_reference(before, allowed=None, pad=20),
+        prepare_deformed(after, pad=20),
+        points,
+        identity_starts(len(points)),
+        settings=settings,
+    )
+    assert (found.status == PointStatus.OK).all()  # noise in the gradients shortens every step
+    assert found.iterations.mean() < 15
+    off = found.position - points - [0.3, 0.4]
+    faint = 0.01 * np.sqrt(2) / (31 * 0.008 * 2 * np.pi / 9 / np.sqrt(2))  # sigma without its noise
+    assert np.abs(off[:, 0]).max() < 0.01
+    assert off[:, 1].std() < 3 * faint
+    assert abs(off[:, 1].mean()) < faint
