@@ -70,16 +70,21 @@ def reproduce(
     Parameters
     ----------
     case
-        membrane, or a YAML file with a section `reproduce`.
+        membrane, bulge, or a YAML file with a section `reproduce` or `bulge`.
     quick
         Small pictures and few states: minutes instead of half an hour.
     """
-    from shapemorph.cli.stereo import describe_reproduction, read_reproduction
+    from shapemorph.cli.stereo import describe_bulge, describe_reproduction, read_reproduction
+    from shapemorph.config import BulgeConfig
     from shapemorph.pipeline.reproduce import reproduce_membrane
+    from shapemorph.pipeline.reproduce_bulge import reproduce_bulge
 
     config = read_reproduction(case, settings, quick=quick)
     folder = output or Path(f"{Path(case).stem}_reproduction")
     configure_log(say)
     with watching(say) as listener:
+        if isinstance(config, BulgeConfig):
+            summary = reproduce_bulge(config, folder, listener=listener)
+            return print_result(folder, summary, describe_bulge, say)
         summary = reproduce_membrane(config, folder, listener=listener)
     return print_result(folder, summary, describe_reproduction, say)

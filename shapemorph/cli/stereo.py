@@ -11,7 +11,7 @@ from shapemorph.cli.words import describe_verdict
 from shapemorph.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from shapemorph.config import ReproduceConfig, RunConfig, TwinConfig
+    from shapemorph.config import BulgeConfig, ReproduceConfig, RunConfig, TwinConfig
 
 
 def write_stereo_twin(
@@ -78,7 +78,9 @@ def read_twin(kind: str, settings: Settings) -> "TwinConfig":
     return check_config({"twin": {"kind": kind}}, TwinFile, settings.set_).twin
 
 
-def read_reproduction(case: str, settings: Settings, *, quick: bool) -> "ReproduceConfig":
+def read_reproduction(
+    case: str, settings: Settings, *, quick: bool
+) -> "ReproduceConfig | BulgeConfig":
     """Read the YAML file of a reproduction, or make a default one, small if that is asked for.
 
     Raises
@@ -88,15 +90,19 @@ def read_reproduction(case: str, settings: Settings, *, quick: bool) -> "Reprodu
     """
     from shapemorph.io.config_files import check_config, read_config
     from shapemorph.pipeline.reproduce import QUICK, ReproduceFile
+    from shapemorph.pipeline.reproduce_bulge import QUICK_BULGE
 
     if is_config(Path(case)):
         if quick:
             raise ConfigError(f"--quick stands instead of a file, got {case} too: leave one out")
-        return read_config(Path(case), ReproduceFile, settings.set_).reproduce
-    if case != "membrane":
-        raise ConfigError(f"expected membrane or a YAML file, got {case!r}")
-    chosen = {"reproduce": QUICK if quick else {}}
-    return check_config(chosen, ReproduceFile, settings.set_).reproduce
+        found = read_config(Path(case), ReproduceFile, settings.set_)
+    else:
+        cases = {"membrane": ("reproduce", QUICK), "bulge": ("bulge", QUICK_BULGE)}
+        if case not in cases:
+            raise ConfigError(f"expected {', '.join(cases)} or a YAML file, got {case!r}")
+        section, small = cases[case]
+        found = check_config({section: small if quick else {}}, ReproduceFile, settings.set_)
+    return found.bulge or found.reproduce
 
 
 def describe_reproduction(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
@@ -106,4 +112,20 @@ def describe_reproduction(folder: Path, summary: dict[str, Any]) -> Iterator[str
         errors = method["against_truth_mm"]
         texts = (f"{errors[key]['mean']:.4f} ± {errors[key]['std']:.4f}" for key in "uvw")
         yield f"{name:24s}{method['points']:8d}" + "".join(f"{text:>20s}" for text in texts)
+    yield f"page        {folder / 'index.html'}"
+
+
+def describe_bulge(folder: Path, summary: dict[str, Any]) -> Iterator[str]:
+    """Say how far off every law was."""
+    names = ("position", "E1", "E2")
+    yield f"{'rms, away from the kink':24s}{'points':>8s}" + "".join(f"{n:>14s}" for n in names)
+    for name, law in summary["laws"].items():
+        rms = law["rms_away_from_kink"]
+        texts = (f"{rms['position_mm']:.4f} mm", f"{rms['E1']:.4f}", f"{rms['E2']:.4f}")
+        yield f"{name:24s}{law['points']:8d}" + "".join(f"{text:>14s}" for text in texts)
+    agree = summary["laws_agree_mm"]
+    if agree is not None:
+        yield f"laws agree  {1e3 * agree:.2g} um rms"
+    glare = summary["glare"]
+    yield f"glare       {glare['share_found']:.1%} of {glare['points']} points that it covered once"
     yield f"page        {folder / 'index.html'}"

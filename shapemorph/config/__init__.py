@@ -16,7 +16,7 @@ from shapemorph.config.match import MatchConfig
 from shapemorph.config.morph import Law, MorphConfig
 from shapemorph.config.reconstruct import ReconstructConfig
 from shapemorph.config.report import EquipmentConfig, ReportConfig
-from shapemorph.config.reproduce import ReproduceConfig
+from shapemorph.config.reproduce import BulgeConfig, ReproduceConfig
 from shapemorph.config.run import RunConfig, TrackConfig
 from shapemorph.config.section import Section, Unit, Vector3
 from shapemorph.config.spread import SpreadConfig
@@ -29,6 +29,7 @@ __all__ = [
     "AlignConfig",
     "AssessConfig",
     "BatchConfig",
+    "BulgeConfig",
     "CalibrateConfig",
     "Channel",
     "ClusterConfig",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from shapemorph.config import ReproduceConfig, RunConfig, Section
+from shapemorph.config import BulgeConfig, ReproduceConfig, RunConfig, Section
 from shapemorph.core.stereo_twin import StereoTwin
 from shapemorph.io.safe_files import check_writable, whole_file, write_json
 from shapemorph.methods.synthetic.stereo_rig import MM_PER_PX
@@ -39,9 +39,10 @@ QUICK: dict[str, Any] = {
 
 
 class ReproduceFile(Section):
-    """The YAML file of a reproduction."""
+    """The YAML file of a reproduction: of the membrane, or of the bulge."""
 
     reproduce: ReproduceConfig = Field(ReproduceConfig(), description="what is measured, and how")
+    bulge: BulgeConfig | None = Field(None, description="the bulge instead of the membrane")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
