@@ -88,7 +88,7 @@ def _true_profile(found: "BulgeReproduction") -> Floats:
     from shapemorph.methods.principal import principal
     from shapemorph.methods.synthetic.membrane.smooth import map_points
 
-    reach = np.linspace(0.05, found.twin.radius, 300)
+    reach = np.linspace(0.05, 0.95 * found.twin.edge, 300)
     place, slope = map_points(found.twin.maps[1], np.column_stack([reach, np.zeros_like(reach)]))
     strain = principal((np.swapaxes(slope, 1, 2) @ slope - np.eye(2)) / 2)[0]
     return np.column_stack([reach, strain, place[:, 2]])
