@@ -156,7 +156,7 @@ def measurement_of(
         },
         "morph": morph,
         "correlate": {"order": 2},
-        "report": {"figures": config.figures and first, "animation": config.figures and first},
+        "report": {"figures": config.figures and first},
     }
     run = RunConfig.model_validate(document)
     if "landmarks" not in run.morph.all_laws:

@@ -14,7 +14,7 @@ from shapemorph.pipeline.run import Listener
 
 STATES = ("before", "after")
 TRUTH, TURN, RIG = "truth.npz", "turn.yaml", "rig.yaml"
-STEP = 20.0  # degrees that the table turns between the views of a pair, where frames allow
+STEP, MOST_STEP = 20.0, 45.0  # degrees of the turn between the views of a pair; most, with few
 PATCHES = 21
 SLANTED = 0.6  # of the diameter of a dot: smaller ones are not looked for
 
@@ -104,7 +104,7 @@ def _write_settings(folder: Path, twin: TurnTwin, config: TwinConfig) -> None:
         "views": [{"target": "cone", "pictures": {"cam": "frame_*.png"}}],
         "report": {"figures": False},
     }
-    step = max(STEP, 360.0 / config.frames)
+    step = min(max(STEP, 360.0 / config.frames), MOST_STEP)
     half = np.sin(np.radians(step / 2)) * np.sin(LEAN)
     turn: dict[str, Any] = {
         "calibration": "calibration/calibration.json",

@@ -144,14 +144,12 @@ def bulge_page_html(summary: Mapping[str, Any], figures: Sequence[str]) -> str:
     import shapemorph
 
     environment = Environment(autoescape=select_autoescape(default=True))
-    main = next(iter(summary["laws"]))
     return environment.from_string(_PAGE).render(
         rows=[_row(name, law) for name, law in summary["laws"].items()],
         agree=summary["laws_agree_mm"],
         glare=summary["glare"],
         shapes=summary["shapes"],
         figures=figures,
-        run=f"law_{main}",
         style=PAGE_STYLE,
         version=shapemorph.__version__,
     )
@@ -210,8 +208,7 @@ found, E₁ within {{ "%.4f"|format(glare.rms_E1) }} rms.{% endif %} Patches agr
 {% for figure in figures %}<img src="{{ figure }}" alt="{{ figure }}">
 {% endfor %}
 <p><a href="summary.json">summary.json</a> · <a href="errors.csv">errors.csv</a> ·
-<a href="morph/sequence.gif">morph sequence</a> ·
-<a href="{{ run }}/animation.gif">from the sheet to the bulge</a> · shapemorph {{ version }}</p>
+<a href="morph/sequence.gif">morph sequence</a> · shapemorph {{ version }}</p>
 </body>
 </html>
 """
