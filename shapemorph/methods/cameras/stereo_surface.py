@@ -12,7 +12,7 @@ from shapemorph.core.surface import TrackedSurface
 from shapemorph.methods.cameras.triangulation import Triangulated, triangulate
 
 LEAST_PX = 0.5  # a ray may always miss another by so much
-TIMES = 8.0  # the usual distance of rays: farther is an outlier
+TIMES = 8.0  # the usual distance of rays, or random error: more is no measurement
 FINEST_PX = 1e-3  # random errors below it weigh no more
 
 
@@ -29,8 +29,9 @@ def stereo_surface(rig: Rig, grids: StereoGrids) -> TrackedSurface:
     -------
     TrackedSurface
         mm, both states in the world of the rig. Points whose rays miss each other by much
-        more than is usual are OUTLIER. Lost points keep a reference position: their own
-        where both cameras saw them, else that of the nearest point.
+        more than is usual are OUTLIER; those whose random error is as much larger than usual
+        are LOW_CONTRAST: their subsets show too little to hold them. Lost points keep a
+        reference position: their own where both cameras saw them, else that of the nearest one.
     """
     cameras = rig.cameras[:2]
     still = np.zeros_like(grids.across.sigma_px)
@@ -44,10 +45,11 @@ def stereo_surface(rig: Rig, grids: StereoGrids) -> TrackedSurface:
     status[(status == PointStatus.OK) & ~np.isfinite(after.points).all(axis=1).reshape(shape)] = (
         PointStatus.NOT_SEEDED
     )
+    variance = (before.sigma**2 + after.sigma**2).mean(axis=1).reshape(shape)
+    status[_is_far_noisier(variance, status)] = PointStatus.LOW_CONTRAST
     lost = status != PointStatus.OK
     reference = _filled(before.points.reshape(*shape, 3), status)
     deformed = np.where(lost[..., None], np.nan, after.points.reshape(*shape, 3))
-    variance = (before.sigma**2 + after.sigma**2).mean(axis=1).reshape(shape)
     towards = cameras[0].position
     return TrackedSurface(
         reference=reference,
@@ -111,6 +113,13 @@ def _first_loss(parts: tuple[Codes, ...]) -> Codes:
 def _is_far(error: Floats, status: Codes) -> Bools:
     usual = np.nanmedian(error[status == PointStatus.OK]) if (status == 0).any() else 0.0
     return np.asarray(~(error <= max(LEAST_PX, TIMES * float(usual))))
+
+
+def _is_far_noisier(variance: Floats, status: Codes) -> Bools:
+    """Tell which OK points have random errors that are many times the usual one."""
+    ok = status == PointStatus.OK
+    usual = float(np.median(variance[ok])) if ok.any() else np.inf
+    return np.asarray(ok & (variance > TIMES**2 * usual))
 
 
 def _filled(points: Floats, status: Codes) -> Floats:
