@@ -54,7 +54,7 @@ class CorrelateConfig(Section):
         0.06,
         gt=0,
         description="largest random error of a component that is believed where it stands out "
-        "from the others, px of the deformed side; beyond it: UNCERTAIN",
+        "from the others, px of the deformed side; beyond it: LOW_CONTRAST",
     )
     min_inside: float = Field(
         0.5, gt=0, le=1, description="share of a subset that must lie inside the mask"

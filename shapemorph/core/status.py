@@ -19,7 +19,6 @@ class PointStatus(IntEnum):
     LOW_ZNCC = 6
     OUTLIER = 7
     DEGENERATE_FACET = 8
-    UNCERTAIN = 9
 
 
 def count_statuses(status: Codes) -> dict[str, int]:

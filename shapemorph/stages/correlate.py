@@ -188,7 +188,7 @@ def _returning(
         )
 
     lost = lost_on_return(backwards, grid, found, noise, settings=settings)
-    return replace(found, status=np.where(lost, np.uint8(PointStatus.UNCERTAIN), found.status))
+    return replace(found, status=np.where(lost, np.uint8(PointStatus.OUTLIER), found.status))
 
 
 Matcher = Callable[[ReferencePicture, DeformedPicture, PointGrid], GridMatches]
@@ -291,7 +291,7 @@ def _compose(
     status = np.where(found.ok & ~finite, np.uint8(PointStatus.LEFT_IMAGE), found.status)
     uncertain = (status == PointStatus.OK) & stands_out(covariance)
     uncertain &= np.diagonal(carried, axis1=-2, axis2=-1).max(axis=-1) > max_sigma**2
-    status[uncertain] = PointStatus.UNCERTAIN
+    status[uncertain] = PointStatus.LOW_CONTRAST
     lost = status != PointStatus.OK
     if lost.all():
         raise StageError(_nothing(status))

@@ -35,7 +35,6 @@ STATUS_COLOURS = {
     PointStatus.LOW_ZNCC: "#cc79a7",
     PointStatus.OUTLIER: "#000000",
     PointStatus.DEGENERATE_FACET: "#009e73",
-    PointStatus.UNCERTAIN: "#999999",
 }
 
 STATUS_WORDS = {
@@ -48,7 +47,6 @@ STATUS_WORDS = {
     PointStatus.LOW_ZNCC: "low ZNCC",
     PointStatus.OUTLIER: "outlier",
     PointStatus.DEGENERATE_FACET: "degenerate",
-    PointStatus.UNCERTAIN: "uncertain",
 }
 
 

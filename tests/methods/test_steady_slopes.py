@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from shapemorph.core.image import GreyImage
-from shapemorph.core.status import PointStatus
 from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.grid_correlation import empty_matches, merged_matches
 from shapemorph.methods.spline_pictures import prepare_deformed, prepare_reference
@@ -97,4 +96,3 @@ def test_what_stands_out_is_told_from_the_usual():
     covariance[0, 0] = np.nan
     assert np.argwhere(stands_out(covariance)).tolist() == [[2, 3]]
     assert not stands_out(np.full((2, 2, 2, 2), np.nan)).any()
-    assert PointStatus.UNCERTAIN == 9

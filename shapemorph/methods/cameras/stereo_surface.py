@@ -30,7 +30,7 @@ def stereo_surface(rig: Rig, grids: StereoGrids) -> TrackedSurface:
     TrackedSurface
         mm, both states in the world of the rig. Points whose rays miss each other by much
         more than is usual are OUTLIER; those whose random error is as much larger than usual
-        are UNCERTAIN: their subsets show too little to hold them. Lost points keep a
+        are LOW_CONTRAST: their subsets show too little to hold them. Lost points keep a
         reference position: their own where both cameras saw them, else that of the nearest one.
     """
     cameras = rig.cameras[:2]
@@ -46,7 +46,7 @@ def stereo_surface(rig: Rig, grids: StereoGrids) -> TrackedSurface:
         PointStatus.NOT_SEEDED
     )
     variance = (before.sigma**2 + after.sigma**2).mean(axis=1).reshape(shape)
-    status[_is_far_noisier(variance, status)] = PointStatus.UNCERTAIN
+    status[_is_far_noisier(variance, status)] = PointStatus.LOW_CONTRAST
     lost = status != PointStatus.OK
     reference = _filled(before.points.reshape(*shape, 3), status)
     deformed = np.where(lost[..., None], np.nan, after.points.reshape(*shape, 3))

@@ -67,7 +67,7 @@ def test_a_point_that_hardly_any_pattern_holds_has_no_value(state):
     grids.right.sigma_px[3, 7] = 0.2
     grids.left.sigma_px[6, 2] = 0.05
     found = stereo_surface(RIG, grids)
-    assert found.status[3, 7] == PointStatus.UNCERTAIN
+    assert found.status[3, 7] == PointStatus.LOW_CONTRAST
     assert np.isnan(found.deformed[3, 7]).all()
     np.testing.assert_allclose(found.reference[3, 7], before[3, 7], atol=1e-8)
     assert (found.status != 0).sum() == 1
