@@ -15,7 +15,7 @@ from shapemorph.methods.threads import run_blocks
 MIN_DEVIATION = 1.0 / 255.0  # a subset with less contrast shows no pattern
 UNUSUAL = 30.0  # times the usual lack of correlation is too much
 BEST_LIMIT = 0.95  # a ZNCC above it is good enough in any picture
-BLOCK = 256  # points that a thread takes at once
+BLOCK = 512  # points that a thread takes at once: fewer, and threads wait for the interpreter
 REACH = 4  # px beyond the drift that the spline needs
 
 
