@@ -154,6 +154,7 @@ def measurement_of(
             "deformed": shapes["after"],
             "landmarks": pictures / "landmarks.csv",
         },
+        "flatten": {"charts": 1},  # the laws are told about one picture
         "morph": morph,
         "correlate": {"order": 2},
         "report": {"figures": config.figures and first},
