@@ -127,7 +127,7 @@ def correlate_from(
         start = likeliest_start(
             start, warps, left.mask, settings=settings, min_zncc=limits.min_zncc
         )
-    return _correlate_near(left, right, start, config)
+    return _correlate_as_they_are(left, right, start, config)
 
 
 def _correlate_morphed(
@@ -159,6 +159,13 @@ def _correlate_near(
     """Follow points from a near start; None if none is found."""
     if not _is_gentle(start.warp, left):
         return _correlate_morphed(left, right, start.warp, config)
+    return _correlate_as_they_are(left, right, start, config)
+
+
+def _correlate_as_they_are(
+    left: GreyImage, right: GreyImage, start: "NearStart", config: RunConfig
+) -> CorrelationGrid | None:
+    """Follow points in a picture that is not morphed beforehand; None if none is found."""
     unmoved = Morphed(right, _unmoved(right))
     found = _if_found(lambda: correlate_pictures(left, right, unmoved, config, start))
     icgn = config.correlate.mode == "icgn"
