@@ -12,8 +12,8 @@ from shapemorph.pipeline.reproduce_bulge import reproduce_bulge
 
 SMALL = BulgeConfig.model_validate(
     {
-        "twin": {"scale": 0.2, "frames": 9, "rings": 12, "samples": 1},
-        "patches": 5,
+        "twin": {"scale": 0.2, "frames": 18, "rings": 12, "samples": 1},
+        "patches": 6,
         "spacing": 5,
         "subset_size": 19,
         "noises": [],
