@@ -36,7 +36,6 @@ QUICK_BULGE: dict[str, Any] = {
     "spacing": 4,
     "noises": (6.0,),
 }
-UNSURE = 0.5  # px: where the pole is dark, points are known less well and still wanted
 CLEAR = 0.88  # of the radius of the die: beyond it the sheet bends over the edge
 
 
@@ -157,7 +156,7 @@ def measurement_of(
         },
         "flatten": {"charts": 1},  # the laws are told about one picture
         "morph": morph,
-        "correlate": {"order": 2, "max_sigma": UNSURE},
+        "correlate": {"order": 2},
         "report": {"figures": config.figures and first},
     }
     run = RunConfig.model_validate(document)

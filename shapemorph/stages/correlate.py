@@ -130,7 +130,7 @@ def correlate(
                 source, target, grid, found, covariance, settings=settings
             )
     found = replace(found, seconds=seconds)
-    composed = _compose(morphed.warp, grid, found, covariance, settings, config.max_sigma)
+    composed = _compose(morphed.warp, grid, found, covariance, settings, config.max_sigma or np.inf)
     rest = unfollowed_motion(
         source, target, grid.points, found.warps, found.ok, radius=settings.radius
     )
