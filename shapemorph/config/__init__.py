@@ -8,7 +8,7 @@ from shapemorph.config.calibrate import (
     TargetConfig,
     ViewsConfig,
 )
-from shapemorph.config.correlate import MAX_SIGMA_OF_PICTURES, CorrelateConfig, OddSize
+from shapemorph.config.correlate import CorrelateConfig, OddSize
 from shapemorph.config.flatten import FlattenConfig, FlatteningMethod
 from shapemorph.config.forming import CutConfig, FormingConfig
 from shapemorph.config.inputs import Channel, InputsConfig, Polygon, RegionConfig
@@ -26,7 +26,6 @@ from shapemorph.config.turn import TurnConfig
 from shapemorph.config.twin import TwinConfig
 
 __all__ = [
-    "MAX_SIGMA_OF_PICTURES",
     "AlignConfig",
     "AssessConfig",
     "BatchConfig",

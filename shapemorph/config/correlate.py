@@ -7,7 +7,6 @@ from pydantic import Field, model_validator
 from shapemorph.config.section import Section
 
 OddSize = Annotated[int, Field(ge=5, le=201)]
-MAX_SIGMA_OF_PICTURES = 0.06  # px, of `correlate.max_sigma` where it is empty
 PAPER = {"tolerance": 0.1, "refinements": 0}  # of `correlate` in mode paper
 UNSMOOTH = {"refinements": 0}  # islands that move apart have no smooth warp
 PAPER_SIZES = {"subset_size": 21, "spacing": 8}
@@ -54,8 +53,7 @@ class CorrelateConfig(Section):
     max_sigma: Annotated[float, Field(gt=0)] | None = Field(
         None,
         description="largest random error of a component that is believed where it stands out "
-        "from the others, px of the deformed side; beyond it: LOW_CONTRAST; empty: "
-        f"{MAX_SIGMA_OF_PICTURES} for plain pictures, no limit for meshes",
+        "from the others, px of the deformed side; beyond it: LOW_CONTRAST; empty: no limit",
     )
     min_inside: float = Field(
         0.5, gt=0, le=1, description="share of a subset that must lie inside the mask"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shapemorph.config import MAX_SIGMA_OF_PICTURES, RunConfig
+from shapemorph.config import RunConfig
 from shapemorph.core.errors import ConfigError, StageError
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
@@ -297,7 +297,4 @@ def correlate_pictures(
     def remorph(warp: Warp) -> GreyImage:
         return morph_by_warp(left, right, warp).image
 
-    section = config.correlate
-    if section.max_sigma is None:
-        section = section.model_copy(update={"max_sigma": MAX_SIGMA_OF_PICTURES})
-    return correlate(left, remorph, morphed, section, None, start)
+    return correlate(left, remorph, morphed, config.correlate, None, start)

@@ -1,7 +1,6 @@
 """Ways from two pictures to a grid."""
 
 import numpy as np
-import pytest
 from scipy.ndimage import gaussian_filter
 
 from shapemorph.config import CorrelateConfig, RunConfig
@@ -10,7 +9,6 @@ from shapemorph.methods.synthetic.planar import planar_speckle
 from shapemorph.pipeline import picture_match
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.picture_match import follow_pictures, picture_law_inputs
-from shapemorph.stages import correlate as correlation
 
 
 def test_propagation_matches_no_features(wave_pattern, pixel_grid, monkeypatch):
@@ -96,14 +94,3 @@ def test_a_gradient_of_light_across_the_picture_turns_no_point_wrong(wave_patter
     assert (error[ok] > 0.1).mean() < 0.003  # beside the rim, where half a subset is seen
     whole = ok & ((found.grid.reference_px > 12) & (found.grid.reference_px < [197, 137])).all(-1)
     assert error[whole].max() < 0.1
-
-
-@pytest.mark.parametrize(("given", "taken"), [(None, 0.06), (0.2, 0.2)])
-def test_plain_pictures_have_a_limit_of_the_random_error_unless_it_is_given(
-    given, taken, monkeypatch
-):
-    seen = []
-    monkeypatch.setattr(correlation, "correlate", lambda *arguments: seen.append(arguments[3]))
-    config = RunConfig(correlate=CorrelateConfig(max_sigma=given))
-    picture_match.correlate_pictures(None, None, None, config)
-    assert seen[0].max_sigma == taken
