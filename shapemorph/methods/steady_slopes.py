@@ -21,7 +21,7 @@ from shapemorph.methods.subset_dic import (
     match_points,
 )
 
-UNCERTAIN = 1.7  # times the usual random error: worth another match
+UNCERTAIN = 2.0  # times the usual random error: worth another match
 STANDS_OUT = 1.5  # times the usual random error: far less certain than most
 BY_CHANCE = 4.0  # random errors of the change: one that is larger has a reason
 LEFT_OF_SLOPE = 0.7  # of what the slope alone adds to the error: neighbours overlap
