@@ -21,7 +21,7 @@ from shapemorph.methods.subset_dic import (
     match_points,
 )
 
-UNCERTAIN = 2.0  # times the usual random error: worth another match
+UNCERTAIN, FULLY = 1.2, 2.0  # times the usual random error: another match counts a little, alone
 STANDS_OUT = 1.5  # times the usual random error: far less certain than most
 BY_CHANCE = 4.0  # random errors of the change: one that is larger has a reason
 LEFT_OF_SLOPE = 0.7  # of what the slope alone adds to the error: neighbours overlap
@@ -33,6 +33,13 @@ def stands_out(covariance: Floats, *, by: float = STANDS_OUT) -> Bools:
     if not np.isfinite(spread).any():
         return np.zeros(spread.shape, dtype=bool)
     return np.asarray(spread > by**2 * np.nanmedian(spread))
+
+
+def _share_of_another(covariance: Floats) -> Floats:
+    """How much another match counts at each point (R, C), growing with its random error."""
+    spread = np.sqrt(np.trace(covariance, axis1=-2, axis2=-1))
+    share: Floats = (spread / np.nanmedian(spread) - UNCERTAIN) / (FULLY - UNCERTAIN)
+    return np.clip(share, 0.0, 1.0)
 
 
 def steady_slopes(
@@ -95,8 +102,13 @@ def steady_slopes(
     )[place]
     added = np.maximum(np.diagonal(covariance[place] - least, axis1=-2, axis2=-1), 0.0)
     change = again.position - found.position[place]
-    kept = steadied[place] & (change**2 <= BY_CHANCE**2 * added).all(axis=1)
+    spreads = np.sqrt((change**2 / np.maximum(added, np.finfo(float).tiny)).max(axis=1))
+    kept = steadied[place] & (spreads < BY_CHANCE)
     least += LEFT_OF_SLOPE**2 * added[:, None, :] * np.eye(2)
+    credible = np.clip(2.0 - 2.0 * spreads / BY_CHANCE, 0.0, 1.0)
+    share = (credible * _share_of_another(covariance)[place])[:, None]
+    again = replace(again, position=found.position[place] + share * change)
+    least = covariance[place] + share[:, :, None] * (least - covariance[place])
     place = tuple(chosen[kept].T)
     position, gradient = found.position.copy(), found.gradient.copy()
     zncc, covariance = found.zncc.copy(), covariance.copy()

@@ -18,7 +18,7 @@ from shapemorph.core.status import PointStatus, count_statuses
 from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.cut_subsets import cut_noise, inside_share
 from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
-from shapemorph.methods.light import uneven_light
+from shapemorph.methods.light import shifted, uneven_light
 from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper
 from shapemorph.methods.propagation import correlate_from_seeds
@@ -83,9 +83,9 @@ def correlate(
     StageError
         If no point has a value.
     """
-    if start is None and config.mode == "icgn":
-        remorph, morphed = _as_lit(reference, remorph, morphed)
-        reference, remorph, morphed = _as_soft(reference, remorph, morphed)
+    given = morphed.image
+    if config.mode == "icgn":
+        reference, remorph, morphed = _as_alike(reference, remorph, morphed, start)
     choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
     log.info("%s", choice.reason)
     settings = _settings(config, choice.subset_size // 2)
@@ -101,11 +101,10 @@ def correlate(
             source = prepare_reference(
                 reference, allowed=region, pad=settings.pad, degree=settings.degree
             )
-            target = prepare_deformed(morphed.image, pad=settings.pad, degree=settings.degree)
             starts = None
         else:
-            source, target = start.source, start.target
-            starts = _starts_through(start.warp, grid)
+            source, starts = start.source, _starts_through(start.warp, grid)
+        target = _target(morphed.image, given, source, settings, start)
         detail, seconds = detail_length(source), 0.0
         for renewal in range(config.refinements + 1):
             found = _matcher(config, settings, morphed.image, starts)(source, target, grid)
@@ -138,11 +137,50 @@ def correlate(
     return replace(composed, bias_px=bias, smoothing=SMOOTHING[0] if renewal else 0.0)
 
 
+def _target(
+    image: GreyImage,
+    given: GreyImage,
+    source: ReferencePicture,
+    settings: SubsetSettings,
+    start: NearStart | None,
+) -> DeformedPicture:
+    """Prepare the picture that is searched, unless a start has prepared what was given."""
+    if start is not None and image is given:
+        return start.target
+    return prepare_deformed(image, pad=source.pad, degree=settings.degree)
+
+
+def _as_alike(
+    reference: GreyImage,
+    remorph: Callable[[Warp], GreyImage],
+    morphed: Morphed,
+    start: NearStart | None,
+) -> tuple[GreyImage, Callable[[Warp], GreyImage], Morphed]:
+    """Make both sides alike in light, and in sharpness where the pictures lie over each other."""
+    remorph, morphed = _as_lit(reference, remorph, morphed, start)
+    if start is not None:
+        return reference, remorph, morphed
+    return _as_soft(reference, remorph, morphed)
+
+
 def _as_lit(
-    reference: GreyImage, remorph: Callable[[Warp], GreyImage], morphed: Morphed
+    reference: GreyImage,
+    remorph: Callable[[Warp], GreyImage],
+    morphed: Morphed,
+    start: NearStart | None,
 ) -> tuple[Callable[[Warp], GreyImage], Morphed]:
-    """Take off the deformed picture what light does to it and not to the reference."""
-    light = uneven_light(reference, morphed.image)
+    """Take off the deformed picture what light does to it and not to the reference.
+
+    With a near start the two originals are compared, laid over each other by whole pixels in
+    the middle: the light is smooth, and what differs elsewhere averages out over its cells.
+    """
+    seen = morphed.image
+    if start is not None:
+        height, width = reference.shape
+        middle = np.array([[width // 2, height // 2]])
+        shift = np.rint(warp_points(start.warp, middle.astype(np.float64))[0] - middle)[0]
+        seen = shifted(seen, shift.astype(np.int64), reference.shape)
+    light = uneven_light(reference, seen)
     if light is None:
         return remorph, morphed
     log.info("the light on the deformed side varies otherwise than on the reference: evened out")
