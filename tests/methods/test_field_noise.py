@@ -115,6 +115,24 @@ def test_scatter_is_told_along_and_across_the_stretch():
     assert 1.5 < field.scatter < 2.0
 
 
+def test_scatter_is_told_around_each_point():
+    rng = np.random.default_rng(15)
+    tracked, grid = tracked_sheet(rng, "pictures")
+    exact = np.zeros_like(tracked.deformed)
+    exact[..., :2] = tracked.reference[..., :2] @ CHANGE.T
+    louder = np.where(np.arange(tracked.status.shape[1]) >= 30, 2.0, 1.0)[None, :, None]
+    covariance = np.diag([*(0.08 * np.diag(ERRORS["pictures"][2])) ** 2, 0.0])
+    changed = replace(
+        tracked,
+        deformed=exact + louder * (tracked.deformed - exact),
+        covariance=np.broadcast_to(covariance, (*tracked.status.shape, 3, 3)),
+    )
+    field, bare = strain(changed, grid, StrainConfig()), strain(tracked, grid, StrainConfig())
+    ratio = (field.sigma_e1 / bare.sigma_e1)[3:-3]
+    assert np.median(ratio[:, 3:18]) == pytest.approx(1.0, rel=0.15)
+    assert np.median(ratio[:, 42:-3]) == pytest.approx(2.0, rel=0.15)
+
+
 def test_cubic_terms_change_the_slopes_of_cubics_alone():
     offsets = np.stack(np.meshgrid(np.arange(-2, 3), np.arange(-2, 3)), axis=-1).reshape(-1, 2)
     x, y = offsets.T.astype(float)

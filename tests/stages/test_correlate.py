@@ -159,6 +159,30 @@ def test_sigma_is_carried_into_the_deformed_picture(scene):
     assert ratio == pytest.approx(1.05, abs=0.15)  # a renewed warp adds a little
 
 
+def test_x_and_y_errors_share_what_a_stretch_between_them_gives_both(wave_pattern, pixel_grid):
+    pattern, pixels = wave_pattern(), pixel_grid(SHAPE)
+    noise = np.random.default_rng(9).normal(0, 0.01, (2, *SHAPE))
+    full = np.ones(SHAPE, dtype=bool)
+    before, after = (GreyImage((pattern(pixels) + each).astype("f4"), full) for each in noise)
+    stretch = np.array([[1.5, 0.5], [0.5, 1.5]])  # 2 along a diagonal, 1 across it
+    cols, rows = np.meshgrid(np.arange(14.0), np.arange(12.0))
+    knots = 25.0 * np.stack([cols, rows], axis=-1) - 75.0
+    section = CorrelateConfig(subset_size=21, spacing=6, refinements=0)
+    plain, drawn = (
+        correlate(
+            before,
+            lambda _: after,
+            Morphed(after, Warp(knots @ matrix.T, np.array([-75.0, -75.0]), 25.0)),
+            section,
+            None,
+        )
+        for matrix in (np.eye(2), stretch)
+    )
+    assert_allclose(drawn.covariance_px2, stretch @ plain.covariance_px2 @ stretch.T, rtol=1e-6)
+    middle = np.median(drawn.covariance_px2[3:-3, 3:-3], axis=(0, 1))
+    assert middle[0, 1] > 0.4 * np.sqrt(middle[0, 0] * middle[1, 1])
+
+
 def test_the_field_reaches_the_rim_of_a_hole(scene):
     hole = np.array([70.0, 80.0])
     grid = scene(hole=hole).correlate(_warp_near(0.3), spacing=4)

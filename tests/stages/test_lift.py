@@ -142,6 +142,15 @@ def test_finer_deformed_mesh_disturbs_the_match_less():
     assert sides[0] == pytest.approx(2 * sides[1], rel=0.2)  # four times the vertices
 
 
+def test_a_subset_that_the_rim_halves_is_disturbed_more_than_by_the_missing_vertices():
+    picture = picture_grid()
+    surface = flattened(plane, noise=0.005, step=0.3)
+    sigma = run(matched(picture, picture), surface, surface).sigma_mesh[..., 0]
+    inner = np.median(sigma[2:-2, 3:-3])
+    half = np.median(sigma[2:-2, 0])
+    assert half / inner == pytest.approx(2 * np.sqrt(2), rel=0.15)  # leverage, half the vertices
+
+
 def test_nothing_on_the_deformed_surface_is_an_error():
     picture = picture_grid()
     with pytest.raises(StageError, match="LEFT_IMAGE"):
