@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from shapemorph.core.arrays import Ints
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
 from shapemorph.core.morphed import Morphed
@@ -12,6 +13,8 @@ from shapemorph.methods.light import shifted, uneven_light
 from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.sharpness import blurred, missing_blur
 from shapemorph.methods.warping import warp_points
+
+ONE_SHIFT = 2.0  # px; motions that differ by less over a picture pass for a shift
 
 log = logging.getLogger(__name__)
 
@@ -52,15 +55,14 @@ def _as_lit(
 ) -> tuple[Callable[[Warp], GreyImage], Morphed]:
     """Take off the deformed picture what light does to it and not to the reference.
 
-    With a near start the two originals are compared, laid over each other by whole pixels in
-    the middle: the light is smooth, and what differs elsewhere averages out over its cells.
+    With a near start the two originals are compared. The light is smooth, and what differs
+    averages out over its cells, so a shift by whole pixels lays one over the other well enough
+    where no more than that happens.
     """
     seen = morphed.image
     if start is not None:
-        height, width = reference.shape
-        middle = np.array([[width // 2, height // 2]])
-        shift = np.rint(warp_points(start.warp, middle.astype(np.float64))[0] - middle)[0]
-        seen = shifted(seen, shift.astype(np.int64), reference.shape)
+        shift = _as_shift(start.warp, reference.shape)
+        seen = remorph(start.warp) if shift is None else shifted(seen, shift, reference.shape)
     light = uneven_light(reference, seen)
     if light is None:
         return remorph, morphed
@@ -69,6 +71,17 @@ def _as_lit(
         lambda warp: light.taken_off(remorph(warp)),
         Morphed(light.taken_off(morphed.image), morphed.warp),
     )
+
+
+def _as_shift(warp: Warp, shape: tuple[int, int]) -> Ints | None:
+    """Shift (x, y) by whole px that is all a warp does to a picture; None if it does more."""
+    height, width = shape
+    x, y = np.meshgrid(np.linspace(0, width - 1, 5), np.linspace(0, height - 1, 5))
+    at = np.column_stack([x.ravel(), y.ravel()])
+    motion = warp_points(warp, at)[0] - at
+    if np.ptp(motion, axis=0).max() > ONE_SHIFT:
+        return None
+    return np.rint(motion.mean(axis=0)).astype(np.int64)
 
 
 def _as_soft(
