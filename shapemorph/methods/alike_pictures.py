@@ -81,7 +81,7 @@ def _as_shift(warp: Warp, shape: tuple[int, int]) -> Ints | None:
     motion = warp_points(warp, at)[0] - at
     if np.ptp(motion, axis=0).max() > ONE_SHIFT:
         return None
-    return np.rint(motion.mean(axis=0)).astype(np.int64)
+    return np.asarray(np.rint(motion.mean(axis=0)), dtype=np.int64)
 
 
 def _as_soft(
