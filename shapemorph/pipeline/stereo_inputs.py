@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
+from string import digits
 
 from shapemorph.config import RegionConfig, RunConfig
 from shapemorph.core.camera import Rig
@@ -77,7 +79,8 @@ def stereo_sequence(config: RunConfig) -> StereoSequence:
     ConfigError
         If one of left, right and rig is not given.
     DataError
-        If there are not as many pictures of both cameras, fewer than two, or no rig.
+        If there are not as many pictures of both cameras, fewer than two, or no rig, or if
+        their names say that one is missing.
     """
     inputs = config.inputs
     given = {"left": inputs.left, "right": inputs.right, "rig": inputs.rig}
@@ -88,7 +91,7 @@ def stereo_sequence(config: RunConfig) -> StereoSequence:
             f"{', '.join(missing)}"
         )
     left, right = list_frames(str(inputs.left)), list_frames(str(inputs.right))
-    _check_counts(left, right, inputs.left, inputs.right)
+    _check_partners(left, right, inputs.left, inputs.right)
     size = read_frame(left[0]).grey.shape
     rig = read_rig(inputs.rig, (size[1], size[0]))
     if len(rig.cameras) < 2:
@@ -99,11 +102,51 @@ def stereo_sequence(config: RunConfig) -> StereoSequence:
     return StereoSequence(rig, left, right, inputs.region, channel)
 
 
-def _check_counts(
+def _check_partners(
     left: Sequence[Frame], right: Sequence[Frame], left_path: Path, right_path: Path
 ) -> None:
+    """Refuse pictures of one camera without a partner from the other.
+
+    Pictures go together by their order, unless their names say otherwise: what differs among
+    the names of one camera is compared with that of the other. Names that have nothing in
+    common, such as times, say nothing.
+    """
+    parts = [_differing_part(side) for side in (left, right)]
+    common = set(parts[0]) & set(parts[1])
     if len(left) != len(right) or len(left) < 2:
+        alone = [
+            frame.path.name
+            for side, own in zip((left, right), parts, strict=True)
+            for frame, part in zip(side, own, strict=True)
+            if common and part not in common
+        ]
+        named = f": {_some(alone)} has no partner" if alone else ""
         raise DataError(
             f"expected as many left pictures as right ones, two or more, got {len(left)} of "
-            f"{left_path} and {len(right)} of {right_path}: is a picture missing?"
+            f"{left_path} and {len(right)} of {right_path}{named}: is a picture missing?"
         )
+    for one, other, here, there in zip(left, right, *parts, strict=True):
+        if here != there and (here in common or there in common):
+            raise DataError(
+                f"expected pictures of both cameras to have numbers alike, got {one.path.name} "
+                f"beside {other.path.name}: is a picture missing? Name those of one state alike"
+            )
+
+
+def _differing_part(frames: Sequence[Frame]) -> list[str]:
+    """Give what the name of each frame does not share with all others; whole numbers, no zeros."""
+    names = [frame.name for frame in frames]
+    head = _shared_head(names).rstrip(digits)
+    tail = _shared_head([name[len(head) :][::-1] for name in names])[::-1].lstrip(digits)
+    parts = [name[len(head) : len(name) - len(tail)] for name in names]
+    return [str(int(part)) if part.isdecimal() else part for part in parts]
+
+
+def _shared_head(texts: Sequence[str]) -> str:
+    """Give the letters that all texts begin with."""
+    alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*texts, strict=False))
+    return "".join(letters[0] for letters in alike)
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
