@@ -10,88 +10,16 @@ import numpy as np
 from numba import njit, prange
 
 from shapemorph.core.arrays import Floats, Greys, Ints
-from shapemorph.kernels.bspline import cubic_weights
 from shapemorph.kernels.locate import find, holds, weights
-from shapemorph.kernels.pyramid import index_inside
+from shapemorph.kernels.texel_samples import (
+    choose_level,
+    interpolate,
+    principal_turn,
+    spread_samples,
+)
 
-SAMPLES = 4.0  # texels along a pixel, at most; beyond it a reduced level is read ...
-SHARPEST = 2.0  # ... unless fewer than half as many were left across a narrow one
-MOST_SAMPLES = 32
-NARROW = 1.15  # sides of a pixel, in texels, that differ more are sampled along and across
-SHARP = 0.01  # variance, texels^2 / 12, that is not worth a second sample
 SURELY_INSIDE = 1e-9  # weight of a corner that round-off cannot turn negative
-
-
-@njit(cache=True)
-def _interpolate(
-    texels: Greys, offset: int, height: int, width: int, repeats: int, x: float, y: float
-) -> float:
-    if not repeats:
-        x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
-    col, row = int(np.floor(x)), int(np.floor(y))
-    wx, wy = cubic_weights(x - col), cubic_weights(y - row)
-    total = 0.0
-    if 1 <= col < width - 2 and 1 <= row < height - 2:
-        for j in range(4):
-            start = offset + (row - 1 + j) * width + col - 1
-            line = 0.0
-            for i in range(4):
-                line += wx[i] * texels[start + i]
-            total += wy[j] * line
-        return total
-    for j in range(4):
-        start = offset + index_inside(row - 1 + j, height, repeats) * width
-        line = 0.0
-        for i in range(4):
-            line += wx[i] * texels[start + index_inside(col - 1 + i, width, repeats)]
-        total += wy[j] * line
-    return total
-
-
-@njit(cache=True, inline="always")
-def _choose_level(along_x: float, along_y: float, base: int, levels: int) -> int:
-    """Level at which a pixel of this many texels needs few samples and stays sharp."""
-    few = np.sqrt(along_x * along_y) / SAMPLES
-    sharp = min(along_x, along_y) / SHARPEST
-    excess = max(min(few, sharp), max(along_x, along_y) / MOST_SAMPLES)
-    level = int(np.ceil(np.log2(excess) - 1e-3)) if excess > 1.0 else 0
-    return min(max(level, base), base + levels - 1)
-
-
-@njit(cache=True, inline="always")
-def _principal_turn(ux: float, uy: float, vx: float, vy: float) -> tuple[float, float]:
-    """Cosine and sine of the turn of a pixel that lays its sides along and across.
-
-    A pixel that shows a long narrow piece of the texture keeps its width and sharpness
-    only if it is sampled along that piece; a turned square has the same variance. One
-    that shows about a square is left as it is.
-
-    Parameters
-    ----------
-    ux, uy, vx, vy : float
-        Texels along u and v of a step of one pixel along x, along y.
-    """
-    xx, yy, xy = ux * ux + vx * vx, uy * uy + vy * vy, ux * uy + vx * vy
-    half, mean = np.hypot(0.5 * (xx - yy), xy), 0.5 * (xx + yy)
-    if mean + half <= NARROW * NARROW * (mean - half):
-        return 1.0, 0.0
-    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
-    return np.cos(angle), np.sin(angle)
-
-
-@njit(cache=True, inline="always")
-def _spread_samples(texels: float) -> tuple[int, float]:
-    """Choose number and distance (as a share of the pixel) of samples along a pixel.
-
-    A texel is a mean over its own width already: a pixel of `texels` > 1 texels is left
-    with the variance of a box sqrt(texels^2 - 1) wide. The samples have just that
-    variance, so that sharpness does not jump with their number.
-    """
-    missing = texels * texels - 1.0
-    if missing < SHARP:
-        return 1, 0.0
-    count = min(max(int(np.ceil(np.sqrt(missing))), 2), MOST_SAMPLES)
-    return count, np.sqrt(missing / (count * count - 1.0)) / texels
+EVEN_REACH = 2.0  # px from a pixel's centre to which its slope holds
 
 
 @njit(cache=True, inline="always")
@@ -110,6 +38,27 @@ def _weight_slopes(px: Floats, faces: Ints, k: int, x: float, y: float) -> tuple
     return (x * cy - y * cx) / area, (bx * y - by * x) / area
 
 
+@njit(cache=True, inline="always")
+def _corner_mean(values: Floats, k: int, second: float, third: float) -> tuple[float, float]:
+    """Value of triangle k at given weights of its second and third corner."""
+    u = values[k, 0, 0] + second * (values[k, 1, 0] - values[k, 0, 0])
+    v = values[k, 0, 1] + second * (values[k, 1, 1] - values[k, 0, 1])
+    u += third * (values[k, 2, 0] - values[k, 0, 0])
+    v += third * (values[k, 2, 1] - values[k, 0, 1])
+    return u, v
+
+
+@njit(cache=True, inline="always")
+def _reaches(slopes: Greys, x: float, y: float, frame: Floats) -> bool:
+    """Whether the slope at the nearest pixel is known and leads all over a parallelogram."""
+    row, col = int(np.rint(y)), int(np.rint(x))
+    if not (0 <= row < slopes.shape[0] and 0 <= col < slopes.shape[1]):
+        return False
+    wide = np.abs(x - col) + 0.5 * (np.abs(frame[0, 0]) + np.abs(frame[0, 1]))
+    high = np.abs(y - row) + 0.5 * (np.abs(frame[1, 0]) + np.abs(frame[1, 1]))
+    return bool(max(wide, high) <= EVEN_REACH and np.isfinite(slopes[row, col, 0, 0]))
+
+
 @njit(cache=True)
 def _mean_grey(
     centre_x: float,
@@ -124,57 +73,61 @@ def _mean_grey(
     starts: Ints,
     items: Ints,
     corner_values: Floats,
-    gradients: Floats,
+    slope: Floats,
+    even: bool,
     textures: Ints,
     texels: Greys,
     table: Ints,
     base: int,
     repeats: Ints,
 ) -> float:
-    """Mean grey over one parallelogram whose centre lies in a known triangle."""
+    """Mean grey over one parallelogram whose centre lies in a known triangle.
+
+    Where the texture is even the slope leads to all samples, and no other triangle is asked.
+    """
     textured = len(texels) > 0
     levels = len(table) // max(len(repeats), 1)
-    ux, vx = _texels_along(gradients[centre], frame[0, 0], frame[1, 0])
-    uy, vy = _texels_along(gradients[centre], frame[0, 1], frame[1, 1])
-    cos, sin = _principal_turn(ux, uy, vx, vy)
+    ux, vx = _texels_along(slope, frame[0, 0], frame[1, 0])
+    uy, vy = _texels_along(slope, frame[0, 1], frame[1, 1])
+    cos, sin = principal_turn(ux, uy, vx, vy)
     along_x = np.hypot(ux * cos + uy * sin, vx * cos + vy * sin)
     along_y = np.hypot(uy * cos - ux * sin, vy * cos - vx * sin)
     side_x = frame[0, 0] * cos + frame[0, 1] * sin, frame[1, 0] * cos + frame[1, 1] * sin
     side_y = frame[0, 1] * cos - frame[0, 0] * sin, frame[1, 1] * cos - frame[1, 0] * sin
-    level = _choose_level(along_x, along_y, base, levels) if textured else 0
+    level = choose_level(along_x, along_y, base, levels) if textured else 0
     shrink = 2.0**-level
-    across, step_x = _spread_samples(along_x * shrink)
-    down, step_y = _spread_samples(along_y * shrink)
+    across, step_x = spread_samples(along_x * shrink)
+    down, step_y = spread_samples(along_y * shrink)
     second_0, third_0 = weights(px, faces, centre, centre_x, centre_y)
     second_s, third_s = _weight_slopes(px, faces, centre, side_x[0], side_x[1])
     second_t, third_t = _weight_slopes(px, faces, centre, side_y[0], side_y[1])
+    u_0, v_0 = _corner_mean(corner_values, centre, second_0, third_0)
+    u_s, v_s = _texels_along(slope, side_x[0], side_x[1])
+    u_t, v_t = _texels_along(slope, side_y[0], side_y[1])
     total, count, last = 0.0, 0, -1
     for j in range(down):
         for i in range(across):
             s, t = (i - 0.5 * (across - 1)) * step_x, (j - 0.5 * (down - 1)) * step_y
-            x = centre_x + side_x[0] * s + side_y[0] * t
-            y = centre_y + side_x[1] * s + side_y[1] * t
-            under = centre
-            second = second_0 + second_s * s + second_t * t
-            third = third_0 + third_s * s + third_t * t
-            if min(second, third, 1.0 - second - third) < SURELY_INSIDE and across * down > 1:
-                if last < 0 or not holds(px, faces, sign, last, x, y):
-                    last = find(px, faces, sign, grid, cols, starts, items, x, y)
-                under = last
-                if under < 0:
-                    continue
-                second, third = weights(px, faces, under, x, y)
-            corner = corner_values[under]
-            u = corner[0, 0] + second * (corner[1, 0] - corner[0, 0])
-            u += third * (corner[2, 0] - corner[0, 0])
+            under, u, v = centre, u_0 + u_s * s + u_t * t, v_0 + v_s * s + v_t * t
+            if not even:
+                second = second_0 + second_s * s + second_t * t
+                third = third_0 + third_s * s + third_t * t
+                if min(second, third, 1.0 - second - third) < SURELY_INSIDE and across * down > 1:
+                    x = centre_x + side_x[0] * s + side_y[0] * t
+                    y = centre_y + side_x[1] * s + side_y[1] * t
+                    if last < 0 or not holds(px, faces, sign, last, x, y):
+                        last = find(px, faces, sign, grid, cols, starts, items, x, y)
+                    under = last
+                    if under < 0:
+                        continue
+                    second, third = weights(px, faces, under, x, y)
+                u, v = _corner_mean(corner_values, under, second, third)
             count += 1
             if not textured:
                 total += u
                 continue
-            v = corner[0, 1] + second * (corner[1, 1] - corner[0, 1])
-            v += third * (corner[2, 1] - corner[0, 1])
             entry = textures[under] * levels + level - base
-            total += _interpolate(
+            total += interpolate(
                 texels,
                 table[entry, 0],
                 table[entry, 1],
@@ -200,6 +153,7 @@ def _shade_all(
     items: Ints,
     corner_values: Floats,
     gradients: Floats,
+    slopes: Greys,
     textures: Ints,
     texels: Greys,
     table: Ints,
@@ -216,10 +170,15 @@ def _shade_all(
         if k < 0:
             continue
         triangle[n] = k
+        frame = footprints[min(np.int64(n), np.int64(len(footprints) - 1))]
+        even = _reaches(slopes, x, y, frame)
+        slope = gradients[k]
+        if even:
+            slope = slopes[int(np.rint(y)), int(np.rint(x))].astype(np.float64)
         mean = _mean_grey(
             x,
             y,
-            footprints[min(np.int64(n), np.int64(len(footprints) - 1))],
+            frame,
             k,
             px,
             faces,
@@ -229,7 +188,8 @@ def _shade_all(
             starts,
             items,
             corner_values,
-            gradients,
+            slope,
+            even,
             textures,
             texels,
             table,
@@ -252,6 +212,7 @@ def shade(
     items: Ints,
     corner_values: Floats,
     gradients: Floats,
+    slopes: Greys,
     textures: Ints,
     texels: Greys,
     table: Ints,
@@ -276,6 +237,9 @@ def shade(
     gradients : (M, 2, 2)
         d texel / d px of each triangle; without textures any measure of how fine the
         corners lie.
+    slopes : (H, W, 2, 2)
+        The same of each pixel of the chart where the texture is even all around it, NaN
+        elsewhere; may be empty.
     textures : (M,)
         Texture of each triangle.
     texels : (T,)
@@ -309,6 +273,7 @@ def shade(
         items,
         corner_values,
         gradients,
+        slopes,
         textures,
         texels,
         table,
@@ -325,21 +290,21 @@ def _mean_of_picture(
     centre_x: float, centre_y: float, frame: Floats, texels: Greys, table: Ints
 ) -> float:
     """Mean grey of a picture over one parallelogram."""
-    cos, sin = _principal_turn(frame[0, 0], frame[0, 1], frame[1, 0], frame[1, 1])
+    cos, sin = principal_turn(frame[0, 0], frame[0, 1], frame[1, 0], frame[1, 1])
     side_x = frame[0, 0] * cos + frame[0, 1] * sin, frame[1, 0] * cos + frame[1, 1] * sin
     side_y = frame[0, 1] * cos - frame[0, 0] * sin, frame[1, 1] * cos - frame[1, 0] * sin
     along_x, along_y = np.hypot(side_x[0], side_x[1]), np.hypot(side_y[0], side_y[1])
-    level = _choose_level(along_x, along_y, 0, len(table))
+    level = choose_level(along_x, along_y, 0, len(table))
     shrink = 2.0**-level
-    across, step_x = _spread_samples(along_x * shrink)
-    down, step_y = _spread_samples(along_y * shrink)
+    across, step_x = spread_samples(along_x * shrink)
+    down, step_y = spread_samples(along_y * shrink)
     total = 0.0
     for j in range(down):
         for i in range(across):
             s, t = (i - 0.5 * (across - 1)) * step_x, (j - 0.5 * (down - 1)) * step_y
             x = centre_x + side_x[0] * s + side_y[0] * t
             y = centre_y + side_x[1] * s + side_y[1] * t
-            total += _interpolate(
+            total += interpolate(
                 texels,
                 table[level, 0],
                 table[level, 1],

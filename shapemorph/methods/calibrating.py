@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shapemorph.core.arrays import Bools, Greys
+from shapemorph.core.arrays import Bools, Floats, Greys
 from shapemorph.core.errors import StageError
 from shapemorph.core.image import CalibratedImage, Chart, GreyImage
 from shapemorph.core.mesh import TexturedMesh
@@ -44,7 +44,7 @@ def calibrate(mesh: TexturedMesh, chart: Chart) -> tuple[CalibratedImage, float]
             f"{mesh.name}: no pixel of the flattened image lies on the surface at "
             f"{chart.px_per_mm:.3g} px/mm: raise flatten.px_per_mm"
         )
-    grey = _shade_pixels(mesh, chart, triangle, mask)
+    grey = _shade_pixels(mesh, chart, triangle, barycentric)
     thin = mask & ~np.isfinite(grey)  # all of what it would average lies beside the surface
     triangle[thin], barycentric[thin], grey[thin] = -1, np.nan, 0.0
     mask &= ~thin
@@ -52,8 +52,11 @@ def calibrate(mesh: TexturedMesh, chart: Chart) -> tuple[CalibratedImage, float]
     return CalibratedImage(image, chart, triangle, barycentric), overlaps / int(mask.sum())
 
 
-def _shade_pixels(mesh: TexturedMesh, chart: Chart, triangle: Triangles, mask: Bools) -> Greys:
-    shader = prepare_shader(mesh, chart)
+def _shade_pixels(
+    mesh: TexturedMesh, chart: Chart, triangle: Triangles, barycentric: Floats
+) -> Greys:
+    """Grey of the pixels that have a triangle."""
+    shader, mask = prepare_shader(mesh, chart, pixels=(triangle, barycentric)), triangle >= 0
     grey = np.zeros(mask.shape, np.float32)
     band = max(POINTS_AT_ONCE // mask.shape[1], 1)
     for start in range(0, len(mask), band):

@@ -40,7 +40,12 @@ def morph_surface(
     GreyImage
         The mask holds the pixels whose centre meets the deformed surface.
     """
-    shader = prepare_shader(mesh, image.chart, narrowest=_narrowest(image, warp, shape))
+    shader = prepare_shader(
+        mesh,
+        image.chart,
+        narrowest=_narrowest(image, warp, shape),
+        pixels=(image.triangle, image.barycentric),
+    )
     grey = np.zeros(shape[0] * shape[1], np.float32)
     mask = np.zeros(shape[0] * shape[1], dtype=bool)
     for start in range(0, len(grey), POINTS_AT_ONCE):

@@ -125,7 +125,7 @@ def _probe(mesh: TexturedMesh, chart: Chart, scale: Floats) -> Pattern:
     """Measure the speckle in tiles of one trial picture; only the tiles are read."""
     height, width = (max(size, TILE) for size in picture_shape(chart))
     px, faces = np.ascontiguousarray(chart.vertex_px), np.ascontiguousarray(chart.faces)
-    triangle, _, _ = rasterise(px, faces, chart_handedness(chart), height, width)
+    triangle, barycentric, _ = rasterise(px, faces, chart_handedness(chart), height, width)
     mask = triangle >= 0
     tiles = choose_tiles(mask)
     wanted = np.zeros_like(mask)
@@ -135,7 +135,8 @@ def _probe(mesh: TexturedMesh, chart: Chart, scale: Floats) -> Pattern:
     points = np.stack([cols, rows], axis=1).astype(np.float64)
     hints = triangle[rows, cols].astype(np.int64)
     grey = np.zeros((height, width), np.float32)
-    shader = prepare_shader(mesh, chart, texels_per_px=PROBE_TEXELS)
+    pixels = triangle, barycentric
+    shader = prepare_shader(mesh, chart, texels_per_px=PROBE_TEXELS, pixels=pixels)
     grey[rows, cols], _ = shader.shade(points, np.eye(2)[None], hints)
     local = np.array([_scale_of_tile(scale, triangle, row, col) for row, col in tiles])
     widths = tile_widths(grey, mask, tiles) / chart.px_per_mm

@@ -12,7 +12,10 @@ from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import texture as kernel
 from shapemorph.kernels.facets import affine_maps
 from shapemorph.kernels.pyramid import reduce_by_two
+from shapemorph.kernels.raster import Triangles
+from shapemorph.kernels.texel_samples import SAMPLES, SHARPEST
 from shapemorph.methods.distortion import weighted_quantile
+from shapemorph.methods.even_places import NOWHERE, even_slopes
 from shapemorph.methods.spline_coefficients import to_coefficients
 from shapemorph.methods.surface_lookup import ChartIndex, index_chart
 
@@ -50,6 +53,7 @@ class Shader:
     index : ChartIndex
     corner_values : (M, 3, 2) float64
     gradients : (M, 2, 2) float64
+    slopes : (H, W, 2, 2) float32
     textures : (M,) int64
     stack : TextureStack
         See :func:`shapemorph.kernels.texture.shade`.
@@ -58,6 +62,7 @@ class Shader:
     index: ChartIndex
     corner_values: Floats
     gradients: Floats
+    slopes: Greys
     textures: Ints
     stack: TextureStack
 
@@ -90,6 +95,7 @@ class Shader:
             *self.index.arguments,
             self.corner_values,
             self.gradients,
+            self.slopes,
             self.textures,
             stack.texels,
             stack.table,
@@ -102,8 +108,9 @@ def prepare_shader(
     mesh: TexturedMesh,
     chart: Chart,
     *,
-    texels_per_px: float = kernel.SAMPLES,
+    texels_per_px: float = SAMPLES,
     narrowest: float = 1.0,
+    pixels: tuple[Triangles, Floats] | None = None,
 ) -> Shader:
     """Gather what reading grey on a chart needs.
 
@@ -119,17 +126,22 @@ def prepare_shader(
         Textures are reduced while 95 % of the chart keeps half as many as this.
     narrowest : float
         Width of the narrowest footprints that will be asked for, px.
+    pixels : (H, W) int32 and (H, W, 2), or None
+        Triangle and weights under the pixels of the chart: a shortcut where the texture is
+        even; None takes none.
     """
     values, gradients = texel_map(mesh, chart)
     if not mesh.has_texture:
         none = np.zeros((0, 3), dtype=np.int64)
         stack = TextureStack(np.zeros(0, np.float32), none, 0, np.zeros(0, np.int64))
         textures = np.zeros(len(chart.faces), dtype=np.int64)
-        return Shader(index_chart(chart), values, gradients, textures, stack)
-    wanted = max(texels_per_px, kernel.SHARPEST / narrowest)
+        return Shader(index_chart(chart), values, gradients, NOWHERE, textures, stack)
+    wanted = max(texels_per_px, SHARPEST / narrowest)
     base = _reductions(chart, gradients, wanted)
     textures = np.ascontiguousarray(mesh.face_texture[chart.face_ids])
-    return Shader(index_chart(chart), values, gradients, textures, stack_textures(mesh, base))
+    slopes = NOWHERE if pixels is None else even_slopes(*pixels, values, textures)
+    stack = stack_textures(mesh, base)
+    return Shader(index_chart(chart), values, gradients, slopes, textures, stack)
 
 
 def texel_map(mesh: TexturedMesh, chart: Chart) -> tuple[Floats, Floats]:

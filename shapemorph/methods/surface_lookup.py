@@ -161,5 +161,6 @@ def grey_at(mesh: TexturedMesh, image: CalibratedImage, points_px: Floats) -> tu
     from shapemorph.methods.shading import prepare_shader
 
     points = np.ascontiguousarray(points_px, dtype=np.float64)
-    grey, triangle = prepare_shader(mesh, image.chart).shade(points, np.eye(2)[None])
+    shader = prepare_shader(mesh, image.chart, pixels=(image.triangle, image.barycentric))
+    grey, triangle = shader.shade(points, np.eye(2)[None])
     return grey, triangle >= 0
