@@ -62,8 +62,9 @@ def track_stereo(config: RunConfig, folder: Path, *, listener: Listener) -> Pict
         correlate and strain. For shape_morphing see
         :func:`~shapemorph.pipeline.stereo_shapes.measure_shapes`.
     folder : Path
-        Gets measurement.vtp, .csv and .glb, run.yaml, summary.json and report.html; with
-        `track.temporal` frames/ with one surface a state and measurement.pvd over them.
+        Gets measurement.vtp, .csv and .glb, run.yaml, summary.json, report.html and, unless
+        `report.figures` is off, figures/; with `track.temporal` frames/ with one surface a state
+        and measurement.pvd over them.
 
     Raises
     ------
@@ -86,9 +87,12 @@ def track_stereo(config: RunConfig, folder: Path, *, listener: Listener) -> Pict
         if last is None:
             raise ConfigError("a stereo sequence needs two states or more")
         clock.run("write", lambda: _write(scratch, last, config))
+        figures = []
+        if config.report.figures:
+            figures = clock.run("figures", lambda: _draw(scratch / "figures", last, first, config))
         summary = _summary(last, first, config, clock)
         write_json(scratch / "summary.json", summary)
-        _write_report(scratch, last, summary, config)
+        _write_report(scratch, last, summary, config, figures)
         files = move_files(scratch, folder)
         return PictureOutcome(folder, tuple(files), summary)
 
@@ -150,13 +154,26 @@ def _write_frame(scratch: Path, found: StereoState) -> None:
     add_to_series(scratch / "measurement.pvd", found.measurement, found.state)
 
 
+def _draw(folder: Path, last: StereoState, first: GreyImage, config: RunConfig) -> list[Path]:
+    """Draw the figures; their files."""
+    from shapemorph.view.tracked import write_tracked_figures
+
+    grid, theme = last.grids.left, config.report.theme
+    write_tracked_figures(last.measurement, grid, first, folder, theme)
+    return sorted(folder.iterdir())
+
+
 def _write_report(
-    scratch: Path, last: StereoState, summary: dict[str, Any], config: RunConfig
+    scratch: Path,
+    last: StereoState,
+    summary: dict[str, Any],
+    config: RunConfig,
+    figures: list[Path],
 ) -> None:
     from shapemorph.view.report import Contents, write_report
 
     settings = {"config": config.model_dump(mode="json")}
-    contents = Contents(summary | settings, [], last.measurement, config.report.theme)
+    contents = Contents(summary | settings, figures, last.measurement, config.report.theme)
     write_report(contents, scratch / "report.html")
 
 

@@ -68,6 +68,11 @@ CAPTIONS = {
 _FORMING = "Forming"
 
 ON_REQUEST = {
+    "fields": Caption(
+        _STRAIN,
+        "Displacement u, v, w along x, y, z and its length, mm, and principal Green–Lagrange "
+        "strains, no unit, over the first left picture.",
+    ),
     "forming_limits": Caption(
         _FORMING,
         "Forming-limit diagram: major over minor Hencky strain of every point, the limit curve "
