@@ -19,6 +19,7 @@ from shapemorph.core.arrays import Codes, Floats, Greys, Ints
 from shapemorph.core.status import PointStatus
 from shapemorph.kernels.inner import inner
 from shapemorph.kernels.small_linear import clear, compose_with_inverse, copy, factor, solve
+from shapemorph.kernels.subset_box import pixels_inside, whole_box
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
 from shapemorph.kernels.subset_rows import warped_moments
 from shapemorph.kernels.vectors import LANES
@@ -31,7 +32,6 @@ LOW_CONTRAST = int(PointStatus.LOW_CONTRAST)
 NOT_CONVERGED = int(PointStatus.NOT_CONVERGED)
 LOW_ZNCC = int(PointStatus.LOW_ZNCC)
 
-MARGIN = 4  # px that the spline needs around a warped subset
 HOPELESS_AFTER = 4  # iterations
 HOPELESS_ZNCC = 0.25
 WORSE = 1e-3  # a step that loses more ZNCC than this is taken back and damped
@@ -48,17 +48,10 @@ _ONE = np.float32(1.0)
 
 
 @inner()
-def _pixels_inside(counts, left, top, right, bottom) -> int:  # type: ignore[no-untyped-def]
-    """Count the good pixels in columns left ... right - 1 of rows top ... bottom - 1."""
-    inner = counts[bottom, right] - counts[top, right] - counts[bottom, left]
-    return int(inner + counts[top, left])
-
-
-@inner()
 def _load_weights(inside, counts, row, col, weights, is_full) -> tuple[float, bool]:  # type: ignore[no-untyped-def]
     """Copy the mask of a subset; return the number of pixels that count, and if all do."""
     width = weights.shape[0]
-    found = _pixels_inside(counts, col, row, col + width, row + width)
+    found = pixels_inside(counts, col, row, col + width, row + width)
     full = found == width * width
     if not (full and is_full):
         for j in range(width):
@@ -90,30 +83,6 @@ def _limit_weights(inside, x, y, warp, radius, weights) -> tuple[float, bool]:  
                 weights[j, i] = _ZERO
                 changed = True
     return total, changed
-
-
-@inner()
-def _whole_box(counts, x, y, warp, radius) -> int:  # type: ignore[no-untyped-def]
-    """Tell if the warped subset is inside (2), partly inside (1) or beyond reach (0)."""
-    r, rr = float(radius), float(radius * radius)
-    half_x = r * (abs(warp[1]) + abs(warp[2]))
-    half_x += rr * (abs(warp[3]) + abs(warp[4]) + abs(warp[5]))
-    half_y = r * (abs(warp[7]) + abs(warp[8]))
-    half_y += rr * (abs(warp[9]) + abs(warp[10]) + abs(warp[11]))
-    low_x, high_x = x + warp[0] - half_x, x + warp[0] + half_x
-    low_y, high_y = y + warp[6] - half_y, y + warp[6] + half_y
-    height, length = counts.shape[0] - 1, counts.shape[1] - 1
-    if not (
-        low_x >= MARGIN
-        and low_y >= MARGIN
-        and high_x < length - MARGIN - LANES
-        and high_y < height - MARGIN
-    ):
-        return 0
-    left, right = int(np.floor(low_x + 0.5)), int(np.floor(high_x + 0.5)) + 1
-    top, bottom = int(np.floor(low_y + 0.5)), int(np.floor(high_y + 0.5)) + 1
-    found = _pixels_inside(counts, left, top, right, bottom)
-    return 2 if found == (right - left) * (bottom - top) else 1
 
 
 @inner()
@@ -180,7 +149,7 @@ def _match_one(  # type: ignore[no-untyped-def]
     start_x, start_y = warp[0], warp[6]
     last_motion, last_long = 0.0, SLOW_AFTER
     for iteration in range(1, max_iterations + 1):
-        where = _whole_box(other_counts, x, y, warp, radius)
+        where = whole_box(other_counts, x, y, warp, radius)
         if where == 0:
             return LEFT_IMAGE, np.nan, iteration, full
         if where == 1:

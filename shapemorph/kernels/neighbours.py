@@ -52,21 +52,23 @@ def predict_from_neighbours(
         Neighbours up to so many rows and columns away speak.
     predicted : (Q, 2)
         Filled; NaN with fewer than three neighbours; so are the next two.
-    slope : (Q, 2, 2)
-        Filled with the predicted gradient.
+    slope : (Q, 2, 2) or (0, 2, 2)
+        Filled with the predicted gradient, unless it is empty.
     spread : (Q,)
         Filled with the median distance of the neighbours' predictions from the common one.
     count : (Q,) int64
         Filled with the number of neighbours that spoke.
     """
-    number = queries.shape[0]
+    number, medians = queries.shape[0], (6 if slope.shape[0] > 0 else 2)
     rows, cols = usable.shape
     most = (2 * reach + 1) ** 2
     said, work = np.empty((6, most)), np.empty(most)
     for q in range(number):
         spread[q] = np.nan
         for k in range(2):
-            predicted[q, k], slope[q, k, 0], slope[q, k, 1] = np.nan, np.nan, np.nan
+            predicted[q, k] = np.nan
+        for k in range(2, medians):
+            slope[q, (k - 2) // 2, (k - 2) % 2] = np.nan
         row, col = queries[q, 0], queries[q, 1]
         used = 0
         for r in range(max(row - reach, 0), min(row + reach + 1, rows)):
@@ -83,7 +85,7 @@ def predict_from_neighbours(
         count[q] = used
         if used < 3:
             continue
-        for k in range(6):
+        for k in range(medians):
             for n in range(used):
                 work[n] = said[k, n]
             middle = _median(work, used)

@@ -9,135 +9,22 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Floats, Greys, Ints
-from shapemorph.kernels.bspline import quintic_weights
 from shapemorph.kernels.inner import inner
 from shapemorph.kernels.small_linear import clear, factor, solve
 from shapemorph.kernels.subset_hessian import fill_hessian, mean_grey, reference_moments
+from shapemorph.kernels.subset_light import fit_light, residual
 from shapemorph.kernels.subset_rows import VECTOR_FLAGS
-from shapemorph.kernels.vectors import LANES
-
-_ZERO = np.float32(0.0)
-_ONE = np.float32(1.0)
-
-
-@inner(forceinline=True)
-def _place(warp, a, b):  # type: ignore[no-untyped-def]
-    """Warped position of the local pixel (a, b) relative to the centre."""
-    x = warp[0] + warp[1] * a + warp[2] * b + warp[3] * a * a + warp[4] * a * b + warp[5] * b * b
-    y = warp[6] + warp[7] * a + warp[8] * b + warp[9] * a * a + warp[10] * a * b + warp[11] * b * b
-    return x, y
-
-
-@inner(forceinline=True, fastmath=VECTOR_FLAGS)
-def _cubic(c, x, y):  # type: ignore[no-untyped-def]
-    """Value of the cubic spline at one position."""
-    col, row = int(np.floor(x)), int(np.floor(y))
-    t, u = x - col, y - row
-    total = 0.0
-    for j in range(4):
-        v = abs(u + 1.0 - j)
-        wy = (4.0 - 6.0 * v * v + 3.0 * v * v * v) if v < 1.0 else (2.0 - v) * (2.0 - v) * (2.0 - v)
-        for i in range(4):
-            h = abs(t + 1.0 - i)
-            wx = (
-                (4.0 - 6.0 * h * h + 3.0 * h * h * h)
-                if h < 1.0
-                else (2.0 - h) * (2.0 - h) * (2.0 - h)
-            )
-            total += wy * wx * c[row - 1 + j, col - 1 + i]
-    return total / 36.0
-
-
-@inner(forceinline=True)
-def _quintic(c, x, y):  # type: ignore[no-untyped-def]
-    """Value of the quintic spline at one position."""
-    col, row = int(np.floor(x)), int(np.floor(y))
-    wx, wy = quintic_weights(x - col), quintic_weights(y - row)
-    total = 0.0
-    for j in range(6):
-        for i in range(6):
-            total += wy[j] * wx[i] * c[row - 2 + j, col - 2 + i]
-    return total
-
-
-@inner()
-def load_weights(inside, other_inside, x, y, warp, radius, weights) -> float:  # type: ignore[no-untyped-def]
-    """Mark the pixels of a subset that count in both pictures; return their number."""
-    height, length = inside.shape
-    total = 0.0
-    for j in range(2 * radius + 1):
-        for i in range(2 * radius + 1):
-            weights[j, i] = _ZERO
-            if inside[y + j - radius, x + i - radius] == _ZERO:
-                continue
-            at_x, at_y = _place(warp, float(i - radius), float(j - radius))
-            at_x, at_y = x + at_x, y + at_y
-            if not (2.0 <= at_x < length - 4.0 and 2.0 <= at_y < height - 4.0):
-                continue
-            if other_inside[int(np.floor(at_y + 0.5)), int(np.floor(at_x + 0.5))] != _ZERO:
-                weights[j, i] = _ONE
-                total += 1.0
-    return total
-
-
-@inner()
-def load_grey(coefficients, wide, x, y, warp, radius, weights, found) -> None:  # type: ignore[no-untyped-def]
-    """Sample the deformed picture at the pixels that count."""
-    for j in range(2 * radius + 1):
-        for i in range(2 * radius + 1):
-            found[j, i] = _ZERO
-            if weights[j, i] != _ZERO:
-                at_x, at_y = _place(warp, float(i - radius), float(j - radius))
-                at_x, at_y = x + at_x, y + at_y
-                if wide is None:
-                    found[j, i] = np.float32(_cubic(coefficients, at_x, at_y))
-                else:
-                    found[j, i] = np.float32(_quintic(coefficients, at_x, at_y))
-
-
-@inner()
-def take_residual(reference, x, y, radius, weights, found, system) -> None:  # type: ignore[no-untyped-def]
-    """Replace the deformed grey by what gain, offset and a plane do not explain."""
-    matrix, lower, right, solution = system[0:4], system[4:8], system[8], system[9]
-    for a in range(4):
-        clear(matrix[a])
-    clear(right)
-    terms = np.empty(4)
-    for j in range(2 * radius + 1):
-        for i in range(2 * radius + 1):
-            if weights[j, i] == _ZERO:
-                continue
-            terms[0], terms[1], terms[2] = 1.0, (i - radius) / radius, (j - radius) / radius
-            terms[3] = found[j, i] - 0.5
-            grey = reference[0, y + j - radius, x + i - radius]
-            for a in range(4):
-                right[a] += terms[a] * grey
-                for b in range(a + 1):
-                    matrix[a, b] += terms[a] * terms[b]
-    if factor(matrix, 4, 0.0, lower):
-        solve(lower, right, 4, solution)
-        gain = _ONE
-    else:
-        clear(solution)
-        gain = _ZERO
-    for j in range(2 * radius + 1):
-        for i in range(2 * radius + 1):
-            if weights[j, i] == _ZERO:
-                continue
-            grey = gain * reference[0, y + j - radius, x + i - radius]
-            explained = solution[0] + solution[3] * (found[j, i] - 0.5)
-            explained += (solution[1] * (i - radius) + solution[2] * (j - radius)) / radius
-            found[j, i] = np.float32(grey - explained)
+from shapemorph.kernels.vectors import LANES, fused, load, spread, store, total
 
 
 @inner(fastmath=VECTOR_FLAGS)
 def _lag_product(a, b, offset, length) -> float:  # type: ignore[no-untyped-def]
     """Sum of a[i] b[i + offset] over flat arrays whose rows end in zeros."""
-    total = _ZERO
+    sum_ = np.float32(0.0)
     shift = np.uint64(offset)
     for i in range(np.uint64(length)):
-        total += a[i] * b[shift + i]
-    return float(total)
+        sum_ += a[i] * b[shift + i]
+    return float(sum_)
 
 
 @inner()
@@ -151,13 +38,9 @@ def _largest(lags) -> int:  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, error_model="numpy")
 def residual_products(
     reference: Greys,
-    coefficients: Greys,
-    wide: int | None,
-    inside: Greys,
-    other_inside: Greys,
     points: Ints,
-    warps: Floats,
-    radius: int,
+    weights: Greys,
+    grey: Greys,
     lags: Ints,
     products: Floats,
     pairs: Floats,
@@ -166,82 +49,121 @@ def residual_products(
 
     Parameters
     ----------
-    reference, coefficients, wide, points, warps, radius
-        As in :func:`~shapemorph.kernels.icgn.match_subsets`; the warps are its results.
-    inside, other_inside : (H, W) float32
-        1 where a pixel of the reference, of the deformed picture counts.
+    reference, points
+        As in :func:`~shapemorph.kernels.icgn.match_subsets`.
+    weights, grey : (N, R, L) float32
+        See :func:`~shapemorph.kernels.subset_samples.sample_subsets`; L holds the largest lag
+        beside the subset.
     lags : (K, 2) int64
         Rows down (>= 0) and columns to the right.
     products, pairs : (N, K)
         Filled with the sums, and with the number of pairs of pixels in them.
     """
-    width = 2 * radius + 1
-    room = _largest(lags)
-    pitch = width + room
-    length = width * pitch
-    weights = np.zeros((pitch + 1, pitch), dtype=np.float32)
-    found = np.zeros((pitch + 1, pitch), dtype=np.float32)
-    flat_weights, flat_found = weights.reshape(-1), found.reshape(-1)
+    width, lanes = weights.shape[1], weights.shape[2]
+    radius = (width - 1) // 2
+    stride, length = reference.shape[2], width * lanes
+    lane_x, box = np.empty(lanes, dtype=np.float32), np.empty(lanes, dtype=np.float32)
+    for i in range(lanes):
+        lane_x[i] = np.float32(i - radius)
+        box[i] = np.float32(1.0)
+    room = (width + _largest(lags) + 1) * lanes
+    ones, rest = np.zeros(room, dtype=np.float32), np.zeros(room, dtype=np.float32)
     system = np.zeros((10, 4))
     for k in range(points.shape[0]):
         x, y = points[k, 0], points[k, 1]
-        load_weights(inside, other_inside, x, y, warps[k], radius, weights)
-        load_grey(coefficients, wide, x, y, warps[k], radius, weights, found)
-        take_residual(reference, x, y, radius, weights, found, system)
+        told = fit_light(reference, x, y, weights, grey, k, radius, lane_x, box, system) > 0.0
+        for first in range(0, width, LANES):
+            xs = load(lane_x, first)
+            for j in range(width):
+                at = (k * width + j) * lanes + first
+                weight = load(weights, at)
+                known = load(reference, (y - radius + j) * stride + x - radius + first)
+                left = residual(
+                    known, load(grey, at), xs, spread(float(j - radius)), system[9],
+                    weight * spread(1.0 if told else 0.0),
+                )  # fmt: skip
+                store(ones, j * lanes + first, weight)
+                store(rest, j * lanes + first, left)
         for n in range(lags.shape[0]):
-            offset = lags[n, 0] * pitch + lags[n, 1]
-            products[k, n] = _lag_product(flat_found, flat_found, offset, length)
-            pairs[k, n] = _lag_product(flat_weights, flat_weights, offset, length)
+            offset = lags[n, 0] * lanes + lags[n, 1]
+            products[k, n] = _lag_product(rest, rest, offset, length)
+            pairs[k, n] = _lag_product(ones, ones, offset, length)
 
 
-@inner()
+@inner(forceinline=True)
+def _factor_of_slope(part, xs, ys, second):  # type: ignore[no-untyped-def]
+    """Polynomial 1, x, y, x^2, x y, y^2 of a block of pixels."""
+    value = fused(spread(part[2]), ys, fused(spread(part[1]), xs, spread(part[0])))
+    if second is not None:
+        value = fused(fused(spread(part[3]), xs, spread(part[4]) * ys), xs, value)
+        value = fused(spread(part[5]) * ys, ys, value)
+    return value
+
+
+@inner(fastmath=VECTOR_FLAGS)
 def _fill_influence(  # type: ignore[no-untyped-def]
-    reference, x, y, radius, terms, weights, mean, count, energy, total, along, rows, influence
-):  # fmt: skip
-    """Weight of each pixel's grey in u and v of the solution."""
+    reference, x, y, weights, k, lane_x, mean, parts, second, influence
+) -> None:  # fmt: skip
+    """Weight of each pixel's grey in u and v; `parts` are the factors of both slopes and light."""
+    width, lanes = weights.shape[1], weights.shape[2]
+    radius = (width - 1) // 2
+    stride = reference.shape[2]
+    plane = reference.shape[1] * stride
     for axis in range(2):
-        sum_total, sum_along = 0.0, 0.0
-        for a in range(2 * terms):
-            at = 3 + a if a < terms else 9 + a - terms
-            sum_total += rows[axis, a] * total[at]
-            sum_along += rows[axis, a] * along[at]
-        for j in range(2 * radius + 1):
-            local_y = float(j - radius)
-            for i in range(2 * radius + 1):
-                influence[axis, j, i] = _ZERO
-                if weights[j, i] == _ZERO:
-                    continue
-                local_x = float(i - radius)
-                row, col = y + j - radius, x + i - radius
-                px, py = rows[axis, 0], rows[axis, terms]
-                if terms >= 3:
-                    px += rows[axis, 1] * local_x + rows[axis, 2] * local_y
-                    py += rows[axis, terms + 1] * local_x + rows[axis, terms + 2] * local_y
-                if terms == 6:
-                    px += (
-                        rows[axis, 3] * local_x * local_x
-                        + rows[axis, 4] * local_x * local_y
-                        + rows[axis, 5] * local_y * local_y
-                    )
-                    py += (
-                        rows[axis, 9] * local_x * local_x
-                        + rows[axis, 10] * local_x * local_y
-                        + rows[axis, 11] * local_y * local_y
-                    )
-                value = px * reference[1, row, col] + py * reference[2, row, col]
-                value -= sum_total / count
-                value -= sum_along / energy * (reference[0, row, col] - mean)
-                influence[axis, j, i] = np.float32(value)
+        for first in range(0, width, LANES):
+            xs = load(lane_x, first)
+            for j in range(width):
+                ys = spread(float(j - radius))
+                at = (y - radius + j) * stride + x - radius + first
+                value = load(reference, at + plane) * _factor_of_slope(
+                    parts[axis, 0:6], xs, ys, second
+                )
+                value = fused(
+                    load(reference, at + 2 * plane),
+                    _factor_of_slope(parts[axis, 6:12], xs, ys, second),
+                    value,
+                )
+                lit = fused(
+                    spread(parts[axis, 13]), load(reference, at) - spread(mean),
+                    spread(parts[axis, 12]),
+                )  # fmt: skip
+                weight = load(weights, (k * width + j) * lanes + first)
+                store(influence[axis], j * lanes + first, (value - lit) * weight)
+
+
+@inner(fastmath=VECTOR_FLAGS)
+def _carried_noise(influence, lags, noise, width, lanes, steps, doubled, sums) -> None:  # type: ignore[no-untyped-def]
+    """Carry noise of an autocovariance through both rows of weights: variances and covariance.
+
+    `sums` is filled with those of x, y and both, first as white noise of the same strength
+    would have them.
+    """
+    in_x, in_y = influence[0], influence[1]
+    for n in range(lags.shape[0]):
+        steps[n] = lags[n, 0] * lanes + lags[n, 1]
+        doubled[n] = np.float32((1.0 if n == 0 else 2.0) * noise[n])
+    white_x = white_y = xx = yy = xy = spread(0.0)
+    for j in range(width):
+        for first in range(0, width, LANES):
+            at = j * lanes + first
+            here_x, here_y = load(in_x, at), load(in_y, at)
+            far_x = far_y = spread(0.0)
+            for n in range(steps.shape[0]):
+                by = spread(doubled[n])
+                far_x = fused(by, load(in_x, at + steps[n]), far_x)
+                far_y = fused(by, load(in_y, at + steps[n]), far_y)
+            white_x, white_y = fused(here_x, here_x, white_x), fused(here_y, here_y, white_y)
+            xx, yy = fused(here_x, far_x, xx), fused(here_y, far_y, yy)
+            xy = fused(here_x, far_y, fused(here_y, far_x, xy))
+    sums[0], sums[1] = noise[0] * total(white_x), noise[0] * total(white_y)
+    sums[2], sums[3], sums[4] = total(xx), total(yy), 0.5 * total(xy)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def solution_covariance(
     reference: Greys,
-    inside: Greys,
-    other_inside: Greys,
     points: Ints,
-    warps: Floats,
-    radius: int,
+    weights: Greys,
     order: int,
     second: int | None,
     lags: Ints,
@@ -253,7 +175,7 @@ def solution_covariance(
 
     Parameters
     ----------
-    reference, inside, other_inside, points, warps, radius, lags
+    reference, points, weights, lags
         As in :func:`residual_products`; the first lag is zero.
     order, second
         As in :func:`~shapemorph.kernels.icgn.match_subsets`.
@@ -265,59 +187,56 @@ def solution_covariance(
         Filled with the variance of x, of y and their covariance, px^2; NaN
         where there is no pattern.
     """
-    width = 2 * radius + 1
+    width, lanes = weights.shape[1], weights.shape[2]
+    radius = (width - 1) // 2
     terms = (order + 1) * (order + 2) // 2
-    room = _largest(lags)
-    pitch = (width + room + LANES - 1) // LANES * LANES
-    length = width * pitch
-    weights = np.zeros((width, pitch), dtype=np.float32)
-    influence = np.zeros((2, pitch + 1, pitch), dtype=np.float32)
-    in_x, in_y = influence[0].reshape(-1), influence[1].reshape(-1)
-    lane_x = np.empty(pitch, dtype=np.float32)
-    for i in range(pitch):
+    influence = np.zeros((2, (width + _largest(lags) + 2) * lanes), dtype=np.float32)
+    lane_x = np.empty(lanes, dtype=np.float32)
+    for i in range(lanes):
         lane_x[i] = np.float32(i - radius)
-    system = np.zeros((32, 15))
+    steps, doubled = np.empty(len(lags), np.int64), np.empty(len(lags), np.float32)
+    system, parts, sums = np.zeros((31, 15)), np.zeros((2, 14)), np.zeros(5)
     hessian, lower, products = system[0:12], system[12:24], system[24:27]
-    total, along, unit, rows = system[27], system[28], system[29], system[30:32]
+    total_, along, unit, row = system[27], system[28], system[29], system[30]
     for k in range(points.shape[0]):
         for a in range(3):
             result[k, a] = np.nan
         x, y = points[k, 0], points[k, 1]
-        count = load_weights(inside, other_inside, x, y, warps[k], radius, weights)
+        own = weights[k]
+        count = 0.0
+        for j in range(width):
+            for i in range(width):
+                count += own[j, i]
         if count < 4:
             continue
-        mean = mean_grey(reference, weights, y - radius, x - radius, count)
+        mean = mean_grey(reference, own, y - radius, x - radius, count)
         reference_moments(
-            reference, weights, lane_x, y - radius, x - radius, mean, second, products, total,
-            along,
-        )  # fmt: skip
+            reference, own, lane_x, y - radius, x - radius, mean, second, products, total_, along
+        )
         offset = along[0] / count
         energy = along[1] - along[0] * offset
         if not energy > 0.0:
             continue
         for a in range(3, 15):
-            along[a] -= offset * total[a]
-        fill_hessian(products, total, along, count, energy, terms, hessian)
+            along[a] -= offset * total_[a]
+        fill_hessian(products, total_, along, count, energy, terms, hessian)
         if not factor(hessian, 2 * terms, 0.0, lower):
             continue
         for axis in range(2):
             clear(unit)
             unit[axis * terms] = 1.0
-            solve(lower, unit, 2 * terms, rows[axis])
+            solve(lower, unit, 2 * terms, row)
+            clear(parts[axis])
+            for a in range(2 * terms):
+                at = a if a < terms else 6 + a - terms
+                parts[axis, at] = row[a]
+                parts[axis, 12] += row[a] * total_[3 + at] / count
+                parts[axis, 13] += row[a] * along[3 + at] / energy
         _fill_influence(
-            reference, x, y, radius, terms, weights, float(mean) + offset, count, energy,
-            total, along, rows, influence,
-        )  # fmt: skip
-        xx = covariance[k, 0] * _lag_product(in_x, in_x, 0, length)
-        yy = covariance[k, 0] * _lag_product(in_y, in_y, 0, length)
-        xy = covariance[k, 0] * _lag_product(in_x, in_y, 0, length)
-        least_xx, least_yy = least_share * xx, least_share * yy
-        for n in range(1, lags.shape[0]):
-            at = lags[n, 0] * pitch + lags[n, 1]
-            xx += 2.0 * covariance[k, n] * _lag_product(in_x, in_x, at, length)
-            yy += 2.0 * covariance[k, n] * _lag_product(in_y, in_y, at, length)
-            shared = _lag_product(in_x, in_y, at, length) + _lag_product(in_y, in_x, at, length)
-            xy += covariance[k, n] * shared
-        result[k, 0], result[k, 1] = max(xx, least_xx), max(yy, least_yy)
-        limit = np.sqrt(result[k, 0] * result[k, 1])
-        result[k, 2] = min(max(xy, -limit), limit)
+            reference, x, y, weights, k, lane_x, float(mean) + offset, parts, second, influence
+        )
+        _carried_noise(influence, lags, covariance[k], width, lanes, steps, doubled, sums)
+        xx, yy = max(sums[2], least_share * sums[0]), max(sums[3], least_share * sums[1])
+        limit = np.sqrt(xx * yy)
+        result[k, 0], result[k, 1] = xx, yy
+        result[k, 2] = min(max(sums[4], -limit), limit)

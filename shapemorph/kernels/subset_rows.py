@@ -40,7 +40,7 @@ def _jump(path, x0, x1):  # type: ignore[no-untyped-def]
 
 
 @inner(forceinline=True)
-def _common_jump(part, radius):  # type: ignore[no-untyped-def]
+def common_jump(part, radius):  # type: ignore[no-untyped-def]
     """Like `_jump` for all rows together; `part` is one half of a warp less the identity."""
     reach = radius * (abs(part[1]) + abs(part[2]))
     reach += radius * radius * (abs(part[3]) + abs(part[4]) + abs(part[5]))
@@ -50,7 +50,7 @@ def _common_jump(part, radius):  # type: ignore[no-untyped-def]
 
 
 @inner(forceinline=True)
-def _paths(part, xs, second):  # type: ignore[no-untyped-def]
+def paths(part, xs, second):  # type: ignore[no-untyped-def]
     """Motion of a block of columns as polynomials in y; `part` is half of a warp less identity."""
     path, slope = fused(xs, spread(part[1]), spread(part[0])), spread(part[2])
     if second is not None:
@@ -60,7 +60,7 @@ def _paths(part, xs, second):  # type: ignore[no-untyped-def]
 
 
 @inner(forceinline=True)
-def _path_at(path, slope, bend, y, second):  # type: ignore[no-untyped-def]
+def path_at(path, slope, bend, y, second):  # type: ignore[no-untyped-def]
     """Motion of a block of columns in one row."""
     if second is not None:
         slope = fused(bend, y, slope)
@@ -133,8 +133,8 @@ def warped_moments(  # type: ignore[no-untyped-def]
     stride = c.shape[1]
     ux = warp[0], warp[1] - 1.0, warp[2], warp[3], warp[4], warp[5]
     uy = warp[6], warp[7], warp[8] - 1.0, warp[9], warp[10], warp[11]
-    jump_x, alike_x = _common_jump(ux, radius)
-    jump_y, alike_y = _common_jump(uy, radius)
+    jump_x, alike_x = common_jump(ux, radius)
+    jump_y, alike_y = common_jump(uy, radius)
     alike = alike_x and alike_y
     tap = int(jump_y) * stride + int(jump_x)
     scale, lift = spread(scale_of(wide)), spread(-mean)
@@ -142,8 +142,8 @@ def warped_moments(  # type: ignore[no-untyped-def]
     t9 = t10 = t11 = t12 = t13 = t14 = spread(0.0)
     for first in range(0, lanes, LANES):
         xs = load(lane_x, first)
-        x_path, x_slope, x_bend = _paths(ux, xs, second)
-        y_path, y_slope, y_bend = _paths(uy, xs, second)
+        x_path, x_slope, x_bend = paths(ux, xs, second)
+        y_path, y_slope, y_bend = paths(uy, xs, second)
         at = (y - radius) * stride + x - radius + first
         sums = _no_sums()
         if alike:
@@ -151,8 +151,8 @@ def warped_moments(  # type: ignore[no-untyped-def]
             b = spread(float(-radius - 1))
             for j in range(width):
                 b = b + spread(1.0)
-                t = _path_at(x_path, x_slope, x_bend, b, second)
-                u = _path_at(y_path, y_slope, y_bend, b, second)
+                t = path_at(x_path, x_slope, x_bend, b, second)
+                u = path_at(y_path, y_slope, y_bend, b, second)
                 weight = load(weights, j * lanes + first)
                 grey = fused(grey_in_step(c, stride, at + tap, t, u, wide), scale, lift) * weight
                 sums = _add(sums, grey, b, reference, at, second)
@@ -164,8 +164,8 @@ def warped_moments(  # type: ignore[no-untyped-def]
                 x_jump, supports_x = _jump(_row_path(ux, b), x0, x1)
                 y_jump, supports_y = _jump(_row_path(uy, b), x0, x1)
                 supports = max(supports_x, supports_y)
-                t = _path_at(x_path, x_slope, x_bend, spread(b), second) - spread(x_jump)
-                u = _path_at(y_path, y_slope, y_bend, spread(b), second) - spread(y_jump)
+                t = path_at(x_path, x_slope, x_bend, spread(b), second) - spread(x_jump)
+                u = path_at(y_path, y_slope, y_bend, spread(b), second) - spread(y_jump)
                 weight = load(weights, j * lanes + first)
                 tap = at + int(y_jump) * stride + int(x_jump)
                 if supports == 1:

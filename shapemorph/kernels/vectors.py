@@ -109,6 +109,21 @@ def load(_context, array, index):  # type: ignore[no-untyped-def]
 
 
 @intrinsic
+def store(_context, array, index, value):  # type: ignore[no-untyped-def]
+    """Write a vector to the elements index, index + 1 ... of such an array."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        index = context.cast(builder, arguments[1], signature.args[1], types.int64)
+        address = _address(context, builder, signature.args[0], arguments[0], index)
+        builder.store(arguments[2], builder.bitcast(address, _VECTOR.as_pointer()), align=4)
+        return context.get_dummy_value()
+
+    if not isinstance(array, types.Array) or array.dtype != types.float32 or array.layout != "C":
+        return None
+    return types.none(array, index, vector), generate
+
+
+@intrinsic
 def fused(_context, left, right, added):  # type: ignore[no-untyped-def]
     """Compute left * right + added."""
 

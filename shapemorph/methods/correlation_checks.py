@@ -47,7 +47,8 @@ def neighbour_guesses(
     Genovese, Sorgente (2017), Eq. 2, doi:10.1016/j.optlaseng.2017.06.020: first guesses
     from at least three neighbours; here by medians of what each of them predicts.
     """
-    found, slope, spread = _predict(position, gradient, usable, queries, spacing=spacing)
+    slope = np.empty((len(queries), 2, 2))
+    found, spread = _predict(position, gradient, usable, queries, slope, spacing=spacing)
     return found, slope, np.isfinite(spread)
 
 
@@ -106,13 +107,16 @@ def _near(changed: Bools) -> Bools:
 
 
 def _predict(
-    position: Floats, gradient: Floats, usable: Bools, queries: Ints, *, spacing: int
-) -> tuple[Floats, Floats, Floats]:
-    """Position, gradient and spread that the neighbours predict; NaN where too few."""
+    position: Floats, gradient: Floats, usable: Bools, queries: Ints, slope: Floats, *, spacing: int
+) -> tuple[Floats, Floats]:
+    """Position and spread that the neighbours predict; NaN where too few.
+
+    `slope` (Q, 2, 2) is filled with the gradient that they predict, unless it is empty.
+    """
     position, gradient = np.ascontiguousarray(position), np.ascontiguousarray(gradient)
     queries = np.ascontiguousarray(queries)
     number = len(queries)
-    found, slope, spread = np.empty((number, 2)), np.empty((number, 2, 2)), np.empty(number)
+    found, spread = np.empty((number, 2)), np.empty(number)
     count = np.empty(number, dtype=np.int64)
 
     def work(first: int, last: int) -> None:
@@ -123,14 +127,15 @@ def _predict(
         )
 
     run_blocks(work, number, block=BLOCK)
-    return found, slope, spread
+    return found, spread
 
 
 def _deviations(
     position: Floats, gradient: Floats, usable: Bools, queries: Ints, *, spacing: int, floor: float
 ) -> tuple[Floats, Floats]:
     """(Q,) distance from what the neighbours say, and the distance that is allowed."""
-    predicted, _slope, spread = _predict(position, gradient, usable, queries, spacing=spacing)
+    no_slope = np.empty((0, 2, 2))
+    predicted, spread = _predict(position, gradient, usable, queries, no_slope, spacing=spacing)
     off = position[tuple(queries.T)] - predicted
     return np.hypot(off[:, 0], off[:, 1]), np.maximum(SPREADS * spread, floor)
 

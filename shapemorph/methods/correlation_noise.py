@@ -1,17 +1,14 @@
 """Random error of every matched point, from the residuals of all."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 from shapemorph.kernels.subset_noise import residual_products, solution_covariance
+from shapemorph.methods.matched_subsets import BLOCK, MAX_LAG, MatchedSubsets
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
 from shapemorph.methods.subset_dic import SubsetSettings
 from shapemorph.methods.threads import run_blocks
 
-BLOCK = 256  # points that a thread takes at once
-MAX_LAG = 3  # px; resampling correlates noise no farther unless it magnifies
 AVERAGED = 2.0  # points; standard deviation of the weights that average the autocovariance
 SAMPLED = 64  # subsets from which the effect of fitting is learnt
 MOST_NOISY = 0.5  # share of the squared slopes that is put down to noise
@@ -55,20 +52,16 @@ def displacement_covariance(
     seen = usable & _every_other(usable.shape)
     if not seen.any():
         seen = usable
-    some = _Subsets.at(reference, deformed, points, warps, seen, settings)
+    pictures, radius = (reference, deformed), settings.radius
+    some = MatchedSubsets.at(pictures, points, warps, seen, radius)
     overlap = fitted_overlap(
-        reference,
-        some.points,
-        radius=settings.radius,
-        order=settings.order,
-        reach=2 * MAX_LAG,
+        reference, some.points, radius=radius, order=settings.order, reach=2 * MAX_LAG
     )
-    noise = _restore(_average(*some.residual_products(lags), seen, usable), lags, overlap)
-    found = _Subsets.at(reference, deformed, points, warps, usable, settings).covariance(
-        lags, noise
-    )
+    noise = _restore(_average(*_residual_products(some, lags), seen, usable), lags, overlap)
+    subsets = MatchedSubsets.at(pictures, points, warps, usable, radius)
+    found = _covariance(subsets, lags, noise, settings.order)
     result = np.full((*usable.shape, 2, 2), np.nan)
-    spread = _without_noisy_slopes(reference, points[usable], noise[:, 0], settings.radius)
+    spread = _without_noisy_slopes(reference, points[usable], noise[:, 0], radius)
     result[usable] = found[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
     result[usable] *= spread[:, :, None] * spread[:, None, :]
     return result
@@ -97,84 +90,46 @@ def _without_noisy_slopes(
     return factors
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Subsets:
-    """Matched subsets: where they are, how they are warped, in which pictures."""
+def _residual_products(subsets: MatchedSubsets, lags: Ints) -> tuple[Floats, Floats]:
+    """(N, K) sums of products of the residual at each lag, and number of pairs."""
+    products, pairs = np.empty((2, len(subsets.points), len(lags)))
 
-    reference: ReferencePicture
-    deformed: DeformedPicture
-    points: Ints
-    warps: Floats
-    radius: int
-    order: int
-
-    @classmethod
-    def at(
-        cls,
-        reference: ReferencePicture,
-        deformed: DeformedPicture,
-        points: Ints,
-        warps: Floats,
-        chosen: Bools,
-        settings: SubsetSettings,
-    ) -> "_Subsets":
-        """Take the chosen points of a grid."""
-        return cls(
-            reference,
-            deformed,
-            np.ascontiguousarray(points[chosen] + reference.pad),
-            np.ascontiguousarray(warps[chosen]),
-            settings.radius,
-            settings.order,
+    def work(first: int, last: int) -> None:
+        some = slice(first, last)
+        residual_products(
+            subsets.reference.planes,
+            subsets.points[some],
+            *subsets.samples(first, last),
+            lags,
+            products[some],
+            pairs[some],
         )
 
-    def residual_products(self, lags: Ints) -> tuple[Floats, Floats]:
-        """(N, K) sums of products of the residual at each lag, and number of pairs."""
-        products, pairs = np.empty((2, len(self.points), len(lags)))
+    run_blocks(work, len(subsets.points), block=BLOCK)
+    return products, pairs
 
-        def work(first: int, last: int) -> None:
-            some = slice(first, last)
-            residual_products(
-                self.reference.planes,
-                self.deformed.coefficients,
-                self.deformed.wide,
-                self.reference.inside,
-                self.deformed.inside,
-                self.points[some],
-                self.warps[some],
-                self.radius,
-                lags,
-                products[some],
-                pairs[some],
-            )
 
-        run_blocks(work, len(self.points), block=BLOCK)
-        return products, pairs
+def _covariance(subsets: MatchedSubsets, lags: Ints, noise: Floats, order: int) -> Floats:
+    """(N, 3) variance of x, of y, covariance, from the autocovariance of the noise."""
+    result = np.empty((len(subsets.points), 3))
+    noise = np.ascontiguousarray(noise)
 
-    def covariance(self, lags: Ints, noise: Floats) -> Floats:
-        """(N, 3) variance of x, of y, covariance, from the autocovariance of the noise."""
-        result = np.empty((len(self.points), 3))
-        noise = np.ascontiguousarray(noise)
+    def work(first: int, last: int) -> None:
+        some = slice(first, last)
+        solution_covariance(
+            subsets.reference.planes,
+            subsets.points[some],
+            subsets.weights(first, last),
+            order,
+            1 if order == 2 else None,
+            lags,
+            noise[some],
+            LEAST_SHARE,
+            result[some],
+        )
 
-        def work(first: int, last: int) -> None:
-            some = slice(first, last)
-            solution_covariance(
-                self.reference.planes,
-                self.reference.inside,
-                self.deformed.inside,
-                self.points[some],
-                self.warps[some],
-                self.radius,
-                self.order,
-                1 if self.order == 2 else None,
-                lags,
-                noise[some],
-                LEAST_SHARE,
-                result[some],
-            )
-
-        run_blocks(work, len(self.points), block=BLOCK)
-        return result
+    run_blocks(work, len(subsets.points), block=BLOCK)
+    return result
 
 
 def short_lags(largest: int) -> Ints:
@@ -248,30 +203,32 @@ def fitted_overlap(
         Mean of P[i, i + lag] over pixels and subsets, lag zero at the centre.
     """
     chosen = points[np.unique(np.linspace(0, len(points) - 1, SAMPLED).round().astype(int))]
-    total, pairs = np.zeros((2, 2 * reach + 1, 2 * reach + 1))
-    for x, y in chosen:
-        window = (slice(y - radius, y + radius + 1), slice(x - radius, x + radius + 1))
-        inside = reference.inside[window] > 0
-        images = _fitted_images(reference.planes[:, *window], inside, radius, order)
-        basis = np.linalg.qr(images.reshape(len(images), -1).T)[0].T.reshape(images.shape)
-        total += _autocorrelation(basis, reach)
-        pairs += _autocorrelation(inside[None].astype(np.float64), reach)
+    steps = np.arange(-radius, radius + 1)
+    rows, cols = chosen[:, 1, None, None] + steps[:, None], chosen[:, 0, None, None] + steps
+    inside = reference.inside[rows, cols] > 0
+    images = _fitted_images(reference.planes[:, rows, cols], inside, radius, order)
+    flat = images.reshape(*images.shape[:2], -1)
+    basis = np.linalg.qr(flat.swapaxes(1, 2))[0].swapaxes(1, 2).reshape(images.shape)
+    total = _autocorrelation(basis.reshape(-1, *inside.shape[1:]), reach)
+    pairs = _autocorrelation(inside.astype(np.float64), reach)
     return total / np.maximum(pairs, 1e-9)
 
 
 def _fitted_images(planes: Greys, inside: Bools, radius: int, order: int) -> Floats:
-    """(M, H, W) images that gain, offset, light and motion can add to a subset."""
+    """(S, M, H, W) images that gain, offset, light and motion can add to each subset."""
     y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1] / float(radius)
     terms = [np.ones_like(x), x, y, x * x, x * y, y * y][: (order + 1) * (order + 2) // 2]
     grey, along_x, along_y = planes.astype(np.float64)
-    light = [np.ones_like(x), x, y, grey]
+    light = [np.broadcast_to(each, grey.shape) for each in (terms[0], x, y)]
     motion = [slope * term for slope in (along_x, along_y) for term in terms]
-    return np.stack(light + motion) * inside
+    return np.stack([*light, grey, *motion], axis=1) * inside[:, None]
 
 
 def _autocorrelation(images: Floats, reach: int) -> Floats:
-    """Sum over images of image[i] image[i + lag], lag zero at the centre."""
-    size = (images.shape[1] + reach, images.shape[2] + reach)
+    """Sum over images (M, H, W) of image[i] image[i + lag], lag zero at the centre."""
+    import cv2
+
+    size = tuple(cv2.getOptimalDFTSize(each + reach) for each in images.shape[1:])
     power = (np.abs(np.fft.rfft2(images, size)) ** 2).sum(axis=0)
     lags = np.fft.irfft2(power, size)
     steps = np.arange(-reach, reach + 1)

@@ -1,15 +1,16 @@
 """Where the centre of a subset has moved otherwise than its shape function says."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.kernels.subset_rest import rest_motion
+from shapemorph.methods.matched_subsets import BLOCK, MatchedSubsets
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
 from shapemorph.methods.threads import run_blocks
 
-BLOCK = 256  # points that a thread takes at once
 FINE, WIDE = 0.2, 0.35  # standard deviations of weights about the centre, in radii of the subset
 REACH = 3.0  # standard deviations that are looked at
 CALM = 20.0  # percentile of the misfit that is taken for noise alone
@@ -62,16 +63,12 @@ def unfollowed_motion(
         Truth - estimate, px of the deformed picture; zero where it is not told from noise,
         NaN where not usable.
     """
-    at = np.ascontiguousarray(points[usable] + reference.pad)
-    some = np.ascontiguousarray(warps[usable])
-    fine = _rest(
-        reference, deformed, (at, some), FINE * radius, int(np.ceil(REACH * FINE * radius))
-    )
-    wide = _rest(reference, deformed, (at, some), WIDE * radius, radius)
+    subsets = MatchedSubsets.at((reference, deformed), points, warps, usable, radius)
+    fine, wide = _rests(subsets, _windows(radius))
     shift = np.where((wide.squared_length > SURE**2)[:, None], wide.shift, 0.0)
     shift = np.where((fine.squared_length > SURE**2)[:, None], fine.shift, shift)
     shift = _lengthened(shift, fine, wide)
-    slope = some[:, [1, 2, 7, 8]].reshape(-1, 2, 2)
+    slope = subsets.warps[:, [1, 2, 7, 8]].reshape(-1, 2, 2)
     result = np.full((*usable.shape, 2), np.nan)
     result[usable] = np.einsum("nij,nj->ni", slope, shift)
     return result
@@ -87,36 +84,39 @@ def _lengthened(shift: Floats, fine: _Rest, wide: _Rest) -> Floats:
     return np.where(short[:, None], size[:, None] * way, shift)
 
 
-def _rest(
-    reference: ReferencePicture,
-    deformed: DeformedPicture,
-    subsets: tuple[Ints, Floats],
-    spread: float,
-    radius: int,
-) -> _Rest:
-    """Fit shifts with weights of one width to subsets (centres, warps)."""
-    at, warps = subsets
-    shift, doubt = np.empty((len(at), 2)), np.zeros((len(at), 3))
-    misfit = np.empty((len(at), 2))
+def _windows(radius: int) -> tuple[tuple[int, float], tuple[int, float]]:
+    """Half widths and standard deviations of the narrow and of the wide weights, px."""
+    return (int(np.ceil(REACH * FINE * radius)), FINE * radius), (radius, WIDE * radius)
+
+
+def _rests(subsets: MatchedSubsets, windows: Sequence[tuple[int, float]]) -> list[_Rest]:
+    """Fit shifts with weights of several widths to subsets that are read once."""
+    number = len(subsets.points)
+    shift, doubt = np.empty((len(windows), number, 2)), np.zeros((len(windows), number, 3))
+    misfit = np.empty((len(windows), number, 2))
 
     def work(first: int, last: int) -> None:
-        part = slice(first, last)
-        rest_motion(
-            reference.planes,
-            deformed.coefficients,
-            deformed.wide,
-            reference.inside,
-            deformed.inside,
-            at[part],
-            warps[part],
-            radius,
-            spread,
-            shift[part],
-            doubt[part],
-            misfit[part],
-        )
+        some = slice(first, last)
+        weights, grey = subsets.samples(first, last)
+        for n, (half, spread) in enumerate(windows):
+            rest_motion(
+                subsets.reference.planes,
+                subsets.points[some],
+                weights,
+                grey,
+                half,
+                spread,
+                shift[n, some],
+                doubt[n, some],
+                misfit[n, some],
+            )
 
-    run_blocks(work, len(at), block=BLOCK)
+    run_blocks(work, number, block=BLOCK)
+    return [_told(*each) for each in zip(shift, doubt, misfit, strict=True)]
+
+
+def _told(shift: Floats, doubt: Floats, misfit: Floats) -> _Rest:
+    """Hold shifts against the noise that the calmest subsets show."""
     left = misfit[np.isfinite(misfit[:, 0]), 0]
     noise = max(float(np.percentile(left, CALM)), FINEST) if len(left) else np.inf
     return _Rest(shift, _squared_length(shift, doubt * noise), noise, misfit)

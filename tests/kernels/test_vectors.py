@@ -5,7 +5,17 @@ import pytest
 from numba import njit
 from numpy.testing import assert_allclose
 
-from shapemorph.kernels.vectors import LANES, choose, fused, gather, load, spread, total, whole
+from shapemorph.kernels.vectors import (
+    LANES,
+    choose,
+    fused,
+    gather,
+    load,
+    spread,
+    store,
+    total,
+    whole,
+)
 
 LEFT = np.random.default_rng(0).normal(0, 3, 2 * LANES).astype(np.float32)
 RIGHT = np.random.default_rng(1).normal(0, 3, 2 * LANES).astype(np.float32)
@@ -27,6 +37,19 @@ def _choices(left, right):
 def _gathered(array, rows, cols, used):
     row, col = load(rows, 0), load(cols, 0)
     return total(gather(array, array.shape[1], array.shape[1], row, col, load(used, 0)))
+
+
+@njit
+def _doubled(array):
+    store(array, 1, load(array, 0) * spread(2))
+
+
+def test_a_vector_is_written_to_its_own_elements_alone():
+    array = np.arange(2 * LANES, dtype=np.float32)
+    wanted = array.copy()
+    wanted[1 : LANES + 1] = 2 * array[:LANES]
+    _doubled(array)
+    assert (array == wanted).all()
 
 
 def test_arithmetic_goes_lane_by_lane():
