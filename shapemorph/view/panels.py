@@ -1,4 +1,4 @@
-"""Figures of several panels, and the look of the pages that show them."""
+"""Figures of several panels."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -25,20 +25,6 @@ PANEL, BESIDE, BELOW = 340, 180, 90
 """Side of a panel, room beside it for a colour bar, below it for its axis, px."""
 PICTURE = 900
 """Longest side of a photograph in a figure, px."""
-PAGE_STYLE = """\
-<style>
-body { margin: 0 auto; max-width: 1500px; padding: 1.5rem 1rem; color: #1d2430; background: #fff;
-  font: 15px/1.45 system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
-h1 { font-size: 1.4rem; margin: 0; }
-h2 { font-size: 1.1rem; margin: 1.6rem 0 .3rem; }
-p { color: #5d6673; margin: .3rem 0 1rem; max-width: 60rem; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; vertical-align: top; padding: .3rem .9rem .3rem 0;
-  border-top: 1px solid #dfe3e8; }
-div { overflow-x: auto; }
-img { max-width: 100%; display: block; margin: 1.2rem 0; }
-</style>"""
-"""Of a page with a table and figures."""
 
 
 def sheet(titles: Sequence[str], columns: int, heading: Heading) -> "tuple[Figure, list[Axes]]":

@@ -1,11 +1,9 @@
 """The page that a run ends with: one file that opens anywhere, offline."""
 
-import base64
-import io
 import re
 from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -16,8 +14,10 @@ from shapemorph.core.errors import DataError
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.view.captions import CHECKS, caption_of, report_order
+from shapemorph.view.pages import asset, page
 from shapemorph.view.style import STATUS_COLOURS, STATUS_WORDS
 from shapemorph.view.tables import Table, cell, label_of, section_table
+from shapemorph.view.theme import THEMES, Theme, embedded
 from shapemorph.view.viewer import viewer_data
 
 _TITLES = {
@@ -84,34 +84,25 @@ def write_report(contents: Contents, path: Path) -> None:
     DataError
         A figure cannot be read.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    loader = PackageLoader("shapemorph.view", "templates")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     summary, measurement = contents.summary, contents.measurement
-    page = environment.get_template("report.html.j2").render(
+    text = page(
+        "report.html.j2",
         theme=contents.theme,
         title=_heading(summary),
         subject=_subject(summary),
         verdict=_verdict(summary),
         scorecard=section_table("scorecard", "Scorecard", summary.get("scorecard", {})).rows,
         statuses=_statuses(summary),
-        groups=_groups(contents.figures),
+        groups=_groups(contents.figures, THEMES[contents.theme]),
         checks=CHECKS,
         viewer=viewer_data(measurement) if measurement else None,
         practice=list(_practice(summary)),
         tables=list(_tables(summary)),
         version=summary.get("versions", {}).get("shapemorph", ""),
-        style=_asset("report.css"),
-        script=Markup("\n").join(_asset(name) for name in _SCRIPTS),
+        style=asset("report.css"),
+        script=Markup("\n").join(asset(name) for name in _SCRIPTS),
     )
-    path.write_text(page, encoding="utf-8")
-
-
-def _asset(name: str) -> Markup:
-    """Text of a file beside the templates, which goes into the page as it is."""
-    folder = files("shapemorph.view") / "templates"
-    return Markup((folder / name).read_text(encoding="utf-8"))
+    path.write_text(text, encoding="utf-8")
 
 
 def _statuses(summary: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -164,31 +155,34 @@ def _tables(summary: Mapping[str, Any]) -> Iterable[Table]:
         yield section_table(name, title, summary[name])
 
 
-def _groups(figures: Iterable[Path]) -> list[dict[str, Any]]:
+def _groups(figures: Iterable[Path], theme: Theme) -> list[dict[str, Any]]:
     """Figures under their headings, in the order of the report."""
     ordered = sorted(figures, key=lambda path: report_order(path.stem))
-    shown = [(caption_of(path.stem), path) for path in ordered]
+    with ThreadPoolExecutor() as pool:
+        parts = list(pool.map(lambda path: _figure(path, theme), ordered))
     return [
         {
             "title": title,
             "anchor": _ANCHOR.sub("-", title.lower()).strip("-"),
-            "figures": _to_one_scale([_figure(caption.text, path) for caption, path in members]),
+            "figures": _to_one_scale(list(members)),
         }
-        for title, members in groupby(shown, key=lambda pair: pair[0].group)
+        for title, members in groupby(parts, key=lambda part: caption_of(part["name"]).group)
     ]
 
 
-def _figure(text: str, path: Path) -> dict[str, Any]:
+def _figure(path: Path, theme: Theme) -> dict[str, Any]:
     """Name, caption, width in px, and the contents of a PNG file as an address."""
-    from PIL import Image
-
     try:
-        data = path.read_bytes()
+        content = path.read_bytes()
     except OSError as error:
         raise DataError(f"expected a figure at {path}, got {error.strerror}") from error
-    source = "data:image/png;base64," + base64.b64encode(data).decode("ascii")
-    with Image.open(io.BytesIO(data)) as picture:
-        return {"name": path.stem, "text": text, "source": source, "width": picture.width}
+    source, width = embedded(content, theme)
+    return {
+        "name": path.stem,
+        "text": caption_of(path.stem).text,
+        "source": source,
+        "width": width,
+    }
 
 
 def _to_one_scale(figures: list[dict[str, Any]]) -> list[dict[str, Any]]:

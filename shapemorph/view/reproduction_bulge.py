@@ -12,7 +12,8 @@ from shapemorph.core.morphed import Morphed
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.twin_errors import TwinPoints
 from shapemorph.view.layout import Heading
-from shapemorph.view.panels import PAGE_STYLE, draw_photograph, draw_points, sheet
+from shapemorph.view.pages import mean_and_spread, plain_page
+from shapemorph.view.panels import draw_photograph, draw_points, sheet
 from shapemorph.view.plots import even_selection
 from shapemorph.view.style import DEFORMED_COLOUR, INK, REFERENCE_COLOUR, SMALL
 
@@ -139,19 +140,13 @@ def noise_figure(over_noise: Sequence[Mapping[str, Any]]) -> "Figure":
 
 def bulge_page_html(summary: Mapping[str, Any], figures: Sequence[str]) -> str:
     """Write the page as HTML; figures lie beside it."""
-    from jinja2 import Environment, select_autoescape
-
-    import shapemorph
-
-    environment = Environment(autoescape=select_autoescape(default=True))
-    return environment.from_string(_PAGE).render(
+    return plain_page(
+        "reproduction_bulge.html.j2",
         rows=[_row(name, law) for name, law in summary["laws"].items()],
         agree=summary["laws_agree_mm"],
         glare=summary["glare"],
         shapes=summary["shapes"],
         figures=figures,
-        style=PAGE_STYLE,
-        version=shapemorph.__version__,
     )
 
 
@@ -162,53 +157,9 @@ def _row(name: str, law: Mapping[str, Any]) -> dict[str, Any]:
         "name": name,
         "report": f"law_{name}/report.html",
         "points": law["points"],
-        "clear": law["points_away_from_kink"],
-        "truth": [f"{truth[key]['mean']:.4f} ± {truth[key]['std']:.4f}" for key in keys],
+        "far_points": law["points_away_from_kink"],
+        "truth": [mean_and_spread(truth[key]) for key in keys],
         "rms": [f"{rms[key]:.4f}" for key in ("position_mm", "displacement_mm", "E1", "E2")],
         "largest": f"{law['largest_E1']:.2f}",
         "seconds": f"{law['seconds']:.0f}",
     }
-
-
-_PAGE = """\
-<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>shapemorph: bulge</title>
-{{ style|safe }}
-</head>
-<body>
-<h1>The bulge, from photographs all around to strain, against the truth</h1>
-<p>A sheet before and after it was blown is photographed on a turntable, reconstructed all
-around, laid flat and measured by shape-morphing with each law. Required, at full size: more than
-6200 points, E₁ within 0.02 rms of the truth away from the kink at the die, laws that agree within
-5 µm rms, and points where glare lay. The position after is free of any alignment; the
-displacement rests on three marks on a flange that was bent.</p>
-<div><table>
-<thead><tr><th rowspan="2">law</th><th rowspan="2">points</th>
-<th colspan="5">all, mean ± s.d. (mm; strain without unit)</th>
-<th colspan="5">rms away from the kink</th><th rowspan="2">largest E₁</th>
-<th rowspan="2">seconds</th></tr>
-<tr><th>u</th><th>v</th><th>w</th><th>E₁</th><th>E₂</th>
-<th>points</th><th>position [mm]</th><th>displacement [mm]</th><th>E₁</th><th>E₂</th></tr></thead>
-<tbody>
-{% for row in rows %}<tr><td><a href="{{ row.report }}">{{ row.name }}</a></td>
-<td>{{ row.points }}</td>{% for text in row.truth %}<td>{{ text }}</td>{% endfor %}
-<td>{{ row.clear }}</td>{% for text in row.rms %}<td>{{ text }}</td>{% endfor %}
-<td>{{ row.largest }}</td><td>{{ row.seconds }}</td></tr>
-{% endfor %}</tbody></table></div>
-<p>{% if agree is not none %}Positions measured with the laws agree within
-{{ "%.2g"|format(1000 * agree) }} µm rms. {% endif %}{% if glare.points %}Of {{ glare.points }}
-points that lay under glare in some photograph {{ "%.1f"|format(100 * glare.share_found) }} % were
-found, E₁ within {{ "%.4f"|format(glare.rms_E1) }} rms.{% endif %} Patches agree within
-{{ "%.2g"|format(1000 * shapes.before.overlap_rms_mm) }} µm (before) and
-{{ "%.2g"|format(1000 * shapes.after.overlap_rms_mm) }} µm (after).</p>
-{% for figure in figures %}<img src="{{ figure }}" alt="{{ figure }}">
-{% endfor %}
-<p><a href="summary.json">summary.json</a> · <a href="errors.csv">errors.csv</a> ·
-<a href="morph/sequence.gif">morph sequence</a> · shapemorph {{ version }}</p>
-</body>
-</html>
-"""

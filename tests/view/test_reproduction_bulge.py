@@ -63,6 +63,9 @@ def test_the_page_says_what_was_found_under_glare():
         "shapes": {state: {"overlap_rms_mm": 0.004} for state in ("before", "after")},
     }
     page = bulge_page_html(summary, ["figures/a.png"])
+    assert "<td>10</td>" in page
+    assert "<td>8</td>" in page
+    assert "built-in" not in page
     assert "75.0 %" in page
     assert "0.0123" in page
     assert "Positions measured with the laws" not in page  # there is but one

@@ -1,3 +1,4 @@
+import base64
 import io
 
 import numpy as np
@@ -5,7 +6,7 @@ import pytest
 from PIL import Image
 
 from shapemorph.view.style import FAINT, INK, new_figure, place_axes, place_pixels, write_text
-from shapemorph.view.theme import THEMES, drawn, png
+from shapemorph.view.theme import THEMES, drawn, embedded, png
 
 
 def _figure(ratio):
@@ -48,3 +49,28 @@ def test_print_is_black_on_white():
             assert tuple(ink) == (0, 0, 0)
             assert tuple(faint) == (0x26, 0x26, 0x26)
     assert tuple(light[0, 0]) == tuple(paper[0, 0]) == (255, 255, 255)
+
+
+@pytest.mark.parametrize(("name", "kind"), [("light", "png"), ("print", "webp")])
+def test_pages_hold_the_very_pixels_of_a_figure(name, kind):
+    content = png(drawn(_figure(THEMES[name].pixel_ratio), THEMES[name]), THEMES[name])
+    source, width = embedded(content, THEMES[name])
+    head, _, body = source.partition(",")
+    assert head == f"data:image/{kind};base64"
+    inside = Image.open(io.BytesIO(base64.b64decode(body)))
+    assert inside.width == width
+    np.testing.assert_array_equal(inside.convert("RGB"), Image.open(io.BytesIO(content)))
+
+
+def test_pages_for_paper_hold_pictures_with_noise_in_less_space():
+    grey = np.random.default_rng(0).normal(128, 12, (300, 400, 1)).astype(np.uint8)
+    content = png(np.repeat(grey, 3, axis=2), THEMES["print"])
+    paper, _ = embedded(content, THEMES["print"])
+    assert len(paper) < 0.8 * len(content) * 4 / 3
+
+
+def test_a_picture_too_long_for_webp_is_held_as_it_is():
+    content = png(np.zeros((2, 16_400, 3), dtype=np.uint8), THEMES["print"])
+    source, width = embedded(content, THEMES["print"])
+    assert source.startswith("data:image/png;base64,")
+    assert width == 16_400
