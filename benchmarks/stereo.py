@@ -9,9 +9,11 @@ twice (multidic_cylinder), calibrated from its own boards and dots. The material
 camera from its own first picture, so that the error of the step across is the same in all states.
 It is triangulated, and strain is fitted over a window.
 
-Along the line of sight a camera pair magnifies: a change of the disparity by 1 px moves a point
-by distance / baseline pixels of its own size. So the scatter of the disparity is printed, too,
-beside what the random errors of the matches let one expect.
+The noise floor is the spatial standard deviation after the motion is taken out: in the pictures
+(an affine map: displacements in either camera, and the disparity, in px) and in space (a rigid
+motion: x, y, z in mm, and in pixels of the size that they have on the object). Along the line of
+sight a camera pair magnifies: a change of the disparity by 1 px moves a point by distance /
+baseline pixels of its own size, which is printed beside.
 The pictures are not part of the repository: give their folder, or set SHAPEMORPH_DATA.
 """
 
@@ -65,6 +67,13 @@ def boxed(path: Path, box: tuple[int, int, int, int]) -> GreyImage:
     return GreyImage(picture.grey, picture.mask & mask)
 
 
+def _magnified(rig: Rig, points: np.ndarray) -> float:
+    """Distance over baseline."""
+    one, other = rig.cameras[:2]
+    baseline = np.linalg.norm(one.position - other.position)
+    return float(np.nanmedian(points[..., 2]) / baseline)
+
+
 def follow(first: GreyImage, other: GreyImage, config: RunConfig) -> CorrelationGrid:
     """Follow the points of the first picture into another."""
     clock = Clock(lambda _: None)
@@ -84,7 +93,7 @@ def measure(case: Case, name: str) -> None:
     print(
         f"{name}: {int((before.status == 0).sum())} points, {px_per_mm:.2f} px/mm, epipolar "
         f"{np.sqrt(np.nanmean(before.epipolar_px[before.status == 0] ** 2)):.3f} px rms, "
-        f"gauge {gauge} px"
+        f"gauge {gauge} px; a pixel of disparity is {_magnified(rig, before.points):.1f} px of z"
     )
     still = identity_warp(case.left[0].shape)
     seen = limit_to_carried(case.right[0], case.left[0], warp_through(across, still))
@@ -93,22 +102,28 @@ def measure(case: Case, name: str) -> None:
         later = follow(seen, case.right[number], config)
         there = compose_grids(across, later, shown=case.right[number].mask)
         _compare(case, rig, before.points, here, there, (number, px_per_mm))
-        _disparity(across, here, there, later)
+        _in_pictures(across, here, there, later)
 
 
-def _disparity(
+def _in_pictures(
     across: CorrelationGrid, here: CorrelationGrid, there: CorrelationGrid, later: CorrelationGrid
 ) -> None:
-    """Print how the change of the disparity scatters about a plane, and what is to be expected."""
+    """Print how displacements and disparity scatter about an affine map, px."""
     ok = (here.status == 0) & (there.status == 0)
-    change = (there.deformed_px - across.deformed_px - here.deformed_px + here.reference_px)[ok]
+    left = (here.deformed_px - here.reference_px)[ok]
+    right = (there.deformed_px - across.deformed_px)[ok]
     plane = np.column_stack([here.reference_px[ok], np.ones(int(ok.sum()))])
-    rest = change - plane @ np.linalg.lstsq(plane, change)[0]
     expected = [np.nanmean(grid.sigma_px[grid.status == 0] ** 2, axis=0) for grid in (here, later)]
-    print(
-        f"    the disparity scatters by {rest[:, 0].std():.4f}, {rest[:, 1].std():.4f} px, "
-        f"expected {', '.join(f'{s:.4f}' for s in np.sqrt(sum(expected)))}"
-    )
+    found = {
+        "left": (left, expected[0]),
+        "right": (right, expected[1]),
+        "disparity": (right - left, sum(expected)),
+    }
+    print("    in the pictures, along and across [px]:")
+    for name, (change, variance) in found.items():
+        rest = change - plane @ np.linalg.lstsq(plane, change)[0]
+        told = ", ".join(f"{s:.4f}" for s in np.sqrt(variance))
+        print(f"      {name:10s}{rest[:, 0].std():.4f}, {rest[:, 1].std():.4f} (expected {told})")
 
 
 def _compare(
@@ -141,11 +156,12 @@ def _compare(
     number, px_per_mm = label
     spread = noise.std(axis=0)
     print(
-        f"  state {number}: shift {np.linalg.norm(moved.mean(axis=0)):.4f} mm; after the rigid "
-        f"motion x, y, z scatter by {', '.join(f'{1e3 * s:.2f}' for s in spread)} um = "
-        f"{', '.join(f'{s * px_per_mm:.4f}' for s in spread)} px; strain rms "
+        f"  state {number}: shift {np.linalg.norm(moved.mean(axis=0)):.4f} mm; strain rms "
         f"{', '.join(f'{s:.1e}' for s in _rms(tensor))} (Exx, Eyy, Exy)"
     )
+    print("    in space:")
+    for name, s in zip("xyz", spread, strict=True):
+        print(f"      {name:10s}{s:.5f} mm = {s * px_per_mm:.4f} px")
 
 
 def _rms(tensor: np.ndarray) -> list[float]:

@@ -11,7 +11,6 @@ from shapemorph.io.safe_files import whole_file
 
 if TYPE_CHECKING:
     from shapemorph.core.flattened import FlattenedPair
-    from shapemorph.core.grid import CorrelationGrid
     from shapemorph.core.morphed import Morphed
     from shapemorph.pipeline.reproduce_bulge import BulgeReproduction
 
@@ -30,18 +29,24 @@ def write_bulge_page(found: "BulgeReproduction", summary: dict[str, Any]) -> Non
 
 def _draw(found: "BulgeReproduction", summary: dict[str, Any]) -> list[str]:
     from shapemorph.io.images import read_grey_image
+    from shapemorph.methods.warping import warp_points
+    from shapemorph.pipeline.flat_results import flat_results
+    from shapemorph.view.calibrated_images import calibrated_figure
     from shapemorph.view.figures import encoded, write_pictures
+    from shapemorph.view.first_guesses import agreement_figure, guess_figure
     from shapemorph.view.reproduction_bulge import (
-        calibrated_figure,
         correspondence_figure,
         field_figure,
         frames_figure,
         noise_figure,
         radial_figure,
+        stretch_figure,
     )
 
     main = next(iter(found.laws.values()))
-    pair, morphed, grid = _flat(main.folder)
+    pair, morphed, grid = flat_results(main.folder)
+    targets = warp_points(morphed.warp, grid.reference_px.reshape(-1, 2))
+    guess = (grid, *targets, f"the law {next(iter(found.laws))}, and what correlation found")
     frames = [
         read_grey_image(found.folder / "twin" / state / f"frame_{number:03d}.png").grey
         for state in ("before", "after")
@@ -54,6 +59,12 @@ def _draw(found: "BulgeReproduction", summary: dict[str, Any]) -> list[str]:
         ("13_points", correspondence_figure(*_both_shapes(found))),
         ("14_fields", field_figure(main.points)),
         ("15_profiles", radial_figure(points, _true_profile(found))),
+        (
+            "17_stretch",
+            stretch_figure(points, {k: case.position for k, case in found.laws.items()}),
+        ),
+        ("18_first_guesses", guess_figure(*guess)),
+        ("19_p_against_p0", agreement_figure(*guess)),
     ]
     if len(summary["over_noise"]) > 1:
         named.append(("16_noise", noise_figure(summary["over_noise"])))
@@ -63,13 +74,6 @@ def _draw(found: "BulgeReproduction", summary: dict[str, Any]) -> list[str]:
     run = main.folder.name
     others = [f"{run}/figures/{name}.png" for name in OF_THE_RUN]
     return own + [name for name in others if (found.folder / name).is_file()]
-
-
-def _flat(run: Path) -> "tuple[FlattenedPair, Morphed, CorrelationGrid]":
-    from shapemorph.io.store import RunStore
-
-    store = RunStore(run)
-    return store.load("flatten"), store.load("morph"), store.load("correlate")
 
 
 def _both_shapes(found: "BulgeReproduction") -> tuple[Floats, Floats, Floats]:

@@ -26,6 +26,8 @@ def write_page(found: "Reproduction", summary: dict[str, Any], folder: Path) -> 
 
 def _draw(found: "Reproduction", summary: dict[str, Any], folder: Path) -> list[str]:
     from shapemorph.io.images import read_grey_image
+    from shapemorph.pipeline.flat_results import flat_results
+    from shapemorph.view.calibrated_images import calibrated_figure
     from shapemorph.view.figures import encoded, write_pictures
     from shapemorph.view.reproduction import (
         error_figure,
@@ -49,6 +51,7 @@ def _draw(found: "Reproduction", summary: dict[str, Any], folder: Path) -> list[
         ("01_stereo_pairs", stereo_figure(pictures, measured, found.twin.rig)),
         ("03_gradients", gradient_figure(measured, found.twin.rig)),
         ("05_fields", field_figure(points["image_morphing"])),
+        ("06_calibrated", calibrated_figure(*flat_results(found.cases["shape_morphing"].folder))),
         ("07_profiles", profile_figure(points, _true_profiles(found.twin))),
         ("08_errors", error_figure(points)),
         ("10_zncc", likeness_figure(by_case)),
@@ -83,7 +86,8 @@ def _draw_stages(found: "Reproduction", folder: Path) -> None:
     from shapemorph.pipeline.sequence import make_sequence, write_sequence
     from shapemorph.pipeline.stereo_inputs import stereo_sequence
     from shapemorph.view.figures import encoded, write_pictures
-    from shapemorph.view.reproduction import guess_figure, stages_figure
+    from shapemorph.view.first_guesses import agreement_figure, guess_figure
+    from shapemorph.view.reproduction import stages_figure
 
     run = settings_of(found.config, found.twin_folder, "image_morphing", paper=False)
     sequence = stereo_sequence(run)
@@ -91,9 +95,11 @@ def _draw_stages(found: "Reproduction", folder: Path) -> None:
     bridged = bridge_pictures(left, right, with_sizes(run, left), Clock(silent), views=True)
     way = make_sequence(left, right, bridged.warps, run.morph)
     at = bridged.grid.reference_px.reshape(-1, 2)
+    guess = (bridged.grid, *warp_points(bridged.start, at), "last state, left to right")
     named = [
         ("02_stages", stages_figure(way.pictures, bridged.matches)),
-        ("11_first_guesses", guess_figure(bridged.grid, *warp_points(bridged.start, at))),
+        ("11_first_guesses", guess_figure(*guess)),
+        ("12_p_against_p0", agreement_figure(*guess)),
     ]
     write_pictures(encoded(iter(named)), folder / "figures")
     (folder / "morph").mkdir(exist_ok=True)

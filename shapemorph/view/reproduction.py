@@ -7,7 +7,6 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys
 from shapemorph.core.camera import Rig
-from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
@@ -53,12 +52,20 @@ def stereo_figure(pictures: Sequence[Greys], measured: Measurement, rig: Rig) ->
 
 
 def stages_figure(pictures: Sequence[GreyImage], matches: Matches) -> "Figure":
-    """Draw the morph sequence from the left to the right view, and the disparities matched."""
+    """Draw the morph sequence from the left to the right view, and the disparities matched.
+
+    Both originals with their features.
+    """
     titles = [f"I{k + 1}" for k in range(len(pictures))] + ["du  [px]", "dv  [px]"]
     note = f"{len(matches.reference_px)} pairs of features; synthetic pictures between both ends"
     figure, axes = sheet(titles, 4, Heading("Stages of image-morphing, last state", note))
     for own, picture in zip(axes, pictures, strict=False):
         draw_photograph(own, picture.grey)
+    for own, at in (
+        (axes[0], matches.reference_px),
+        (axes[len(pictures) - 1], matches.deformed_px),
+    ):
+        own.plot(at[:, 0], at[:, 1], ".", color=DEFORMED_COLOUR, markersize=1.0)
     shift = matches.deformed_px - matches.reference_px
     for own, values in zip(axes[-2:], shift.T, strict=True):
         draw_points(figure, own, matches.reference_px, values, "px")
@@ -152,33 +159,6 @@ def likeness_figure(measured: Mapping[str, Measurement]) -> "Figure":
     for own, found in zip(axes, measured.values(), strict=True):
         ok = found.arrays["status"] == PointStatus.OK
         draw_points(figure, own, found.arrays["reference_px"][ok], found.arrays["zncc"][ok], "–")
-        own.invert_yaxis()
-    return figure
-
-
-def guess_figure(grid: CorrelationGrid, targets: Floats, gradient: Floats) -> "Figure":
-    """Map what the last match has changed of its first guesses p0: p - p0.
-
-    Parameters
-    ----------
-    grid : CorrelationGrid
-        From the left picture of the last state into the right one.
-    targets : (N, 2)
-        Where its points were looked for, px.
-    gradient : (N, 2, 2)
-        With this gradient.
-    """
-    ok = (grid.status == PointStatus.OK).ravel() & np.isfinite(targets).all(axis=1)
-    at = grid.reference_px.reshape(-1, 2)[ok]
-    moved = (grid.deformed_px.reshape(-1, 2) - targets)[ok]
-    bent = (grid.gradient.reshape(-1, 2, 2) - gradient)[ok]
-    parts = [("u", moved[:, 0], "px"), ("u_x", bent[:, 0, 0], "–"), ("u_y", bent[:, 0, 1], "–")]
-    parts += [("v", moved[:, 1], "px"), ("v_x", bent[:, 1, 0], "–"), ("v_y", bent[:, 1, 1], "–")]
-    note = "p - p0: match of the two originals, less its start; last state, left to right"
-    titles = [f"{name} - {name}0" for name, _, _ in parts]
-    figure, axes = sheet(titles, 3, Heading("First guesses", note))
-    for own, (_, values, unit) in zip(axes, parts, strict=True):
-        draw_points(figure, own, at, values, unit)
         own.invert_yaxis()
     return figure
 

@@ -6,25 +6,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys
-from shapemorph.core.flattened import FlattenedPair
-from shapemorph.core.grid import CorrelationGrid
-from shapemorph.core.morphed import Morphed
-from shapemorph.core.status import PointStatus
 from shapemorph.methods.twin_errors import TwinPoints
 from shapemorph.view.layout import Heading
 from shapemorph.view.pages import mean_and_spread, plain_page
 from shapemorph.view.panels import draw_photograph, draw_points, sheet
-from shapemorph.view.plots import even_selection
 from shapemorph.view.style import DEFORMED_COLOUR, INK, REFERENCE_COLOUR, SMALL
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-ACROSS = 30
-"""Points across a picture that are drawn."""
 TILT = np.deg2rad(35.0)
 """Between the axis and the line of sight of the drawn shapes, from the side."""
 COLOURS = (DEFORMED_COLOUR, REFERENCE_COLOUR, "#2e7d4f", "#8a5fb0")
+BIN, LEAST = 0.1, 20
+"""Width of a bin of stretch, and points that it must hold to be drawn."""
 FAINT_STRAIN = 0.02
 """E2 from which the degree of anisotropy is drawn."""
 
@@ -36,24 +31,6 @@ def frames_figure(pictures: Sequence[Greys]) -> "Figure":
     figure, axes = sheet(titles, 2, Heading("Photographs", note))
     for own, picture in zip(axes, pictures, strict=True):
         draw_photograph(own, picture)
-    return figure
-
-
-def calibrated_figure(pair: FlattenedPair, morphed: Morphed, grid: CorrelationGrid) -> "Figure":
-    """Draw the flattened shapes and the morphed one with the points of the grid."""
-    ok = grid.status == PointStatus.OK
-    some = even_selection(grid.reference_px[ok], ACROSS)
-    before, after = grid.reference_px[ok][some], grid.deformed_px[ok][some]
-    pictures = [
-        ("deformed", pair.deformed.calibrated.image.grey, after),
-        ("deformed, morphed by the law", morphed.image.grey, before),
-        ("undeformed", pair.reference.calibrated.image.grey, before),
-    ]
-    heading = Heading("Calibrated images", "every pixel knows its place in space; some points")
-    figure, axes = sheet([title for title, _, _ in pictures], 3, heading)
-    for own, (_, picture, points) in zip(axes, pictures, strict=True):
-        draw_photograph(own, picture)
-        own.plot(points[:, 0], points[:, 1], ".", color=DEFORMED_COLOUR, markersize=2.0)
     return figure
 
 
@@ -125,6 +102,42 @@ def radial_figure(points: Mapping[str, TwinPoints], truth: Floats) -> "Figure":
         own.set_ylim(min(0.0, values.min()) - 0.1, 1.12 * values.max())
     axes[0].legend(fontsize=SMALL * 0.7, frameon=False, markerscale=6)
     return figure
+
+
+def stretch_figure(points: Mapping[str, TwinPoints], position: Mapping[str, Floats]) -> "Figure":
+    """Draw how errors grow with the largest true stretch of a point, law by law.
+
+    Parameters
+    ----------
+    points : mapping of str to TwinPoints
+    position : mapping of str to (N, 3) array
+        Error of the position after, mm.
+    """
+    titles = ("position  [mm rms]", "E₁  [rms]", "E₂  [rms]")
+    note = f"root mean square of the points about a true stretch λ₁; {LEAST} or more of them"
+    figure, axes = sheet(titles, 3, Heading("Errors over the stretch", note))
+    for colour, (name, found) in zip(COLOURS, points.items(), strict=False):
+        stretch = np.sqrt(1 + 2 * found.true_strain[:, 0])
+        strain = found.strain - found.true_strain
+        errors = (np.linalg.norm(position[name], axis=1), *np.abs(strain).T)
+        for own, values in zip(axes, errors, strict=True):
+            own.plot(*_binned_rms(stretch, values), "o-", color=colour, markersize=4, label=name)
+    for own in axes:
+        own.set_yscale("log")
+        own.set_xlabel("λ₁", fontsize=SMALL)
+    axes[0].legend(fontsize=SMALL * 0.7, frameon=False)
+    return figure
+
+
+def _binned_rms(place: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Middles of the bins that hold enough, and the root mean square of the values in them."""
+    known = np.isfinite(values)
+    number = np.floor(place[known] / BIN).astype(np.int64)
+    count = np.bincount(number)
+    enough = count >= LEAST
+    squares = np.bincount(number, values[known] ** 2)
+    middles = np.asarray((np.flatnonzero(enough) + 0.5) * BIN, dtype=np.float64)
+    return middles, np.sqrt(squares[enough] / count[enough])
 
 
 def noise_figure(over_noise: Sequence[Mapping[str, Any]]) -> "Figure":

@@ -54,6 +54,6 @@ def fields_figure(measurement: Measurement, grid: CorrelationGrid, first: GreyIm
         values = np.full(grid.status.size, np.nan)
         values[measurement.grid_index] = measure_values(measurement, measure)
         field = values.reshape(grid.status.shape)
-        panels.append(Panel(measure.name, field, extent, measure.label))
+        panels.append(Panel(measure.title, field, extent, measure.label))
     note = "of the last state, where its points lay in the first left picture"
     return panels_figure(panels, first, Heading("Displacement and strain", note))

@@ -44,7 +44,8 @@ def test_the_page_shows_what_the_summary_holds(tmp_path):
     assert len(rows) == 3 * 5 + 2 * 3
     figures = sorted(path.stem for path in (folder / "figures").glob("*.png"))
     assert figures[:4] == ["01_stereo_pairs", "02_stages", "03_gradients", "05_fields"]
-    assert figures[4:] == ["07_profiles", "08_errors", "10_zncc", "11_first_guesses"]
+    assert figures[4:8] == ["06_calibrated", "07_profiles", "08_errors", "10_zncc"]
+    assert figures[8:] == ["11_first_guesses", "12_p_against_p0"]
     assert summary["settings_by_case"]["incremental"]["subset_px"] == 21
     assert "IC-GN to 0.001 px" in page
     for path in (folder / "figures").glob("*.png"):

@@ -37,7 +37,8 @@ def test_the_page_shows_what_the_summary_holds(tmp_path):
     assert summary["laws_agree_mm"] < 0.02
     with (folder / "errors.csv").open(encoding="utf-8") as stream:
         assert len(list(csv.DictReader(stream))) == 2 * 5
-    for name in ("11_calibrated", "13_points", "14_fields", "15_profiles"):
+    named = ["11_calibrated", "13_points", "14_fields", "15_profiles"]
+    for name in (*named, "17_stretch", "18_first_guesses", "19_p_against_p0"):
         assert np.ptp(read_grey_image(folder / "figures" / f"{name}.png").grey) > 0.3
     assert (folder / "morph" / "sequence.gif").is_file()
 

@@ -9,6 +9,7 @@ from shapemorph.view.reproduction_bulge import (
     correspondence_figure,
     noise_figure,
     radial_figure,
+    stretch_figure,
 )
 
 
@@ -30,6 +31,26 @@ def test_noise_is_drawn_even_where_nothing_was_found():
     lines = [axes.lines[0].get_ydata() for axes in figure.axes]
     np.testing.assert_allclose(lines[0], [0.01, np.nan])
     np.testing.assert_allclose(lines[1], [0.95, 0.0])
+
+
+def test_errors_are_gathered_by_the_true_stretch(points):
+    true = np.where(np.arange(200)[:, None] < 180, [0.5, 0.3], [1.5, 0.3])  # λ 1.41 and 2
+    true[190:, 0] = 2.0  # of too few points
+    found = TwinPoints(
+        points.material, points.displacement, points.truth, np.add(true, [0.01, 0.02]), true
+    )
+    off = np.where(true[:, :1] < 1.0, [0.0, 0.0, 0.1], [0.3, 0.0, 0.4])
+    alone = stretch_figure({"fe": found}, {"fe": off}).axes
+    np.testing.assert_allclose(alone[0].lines[0].get_xydata(), [[1.45, 0.1]])
+    true[:20, 0] = 1.6
+    off[:20] = [0.3, 0.0, 0.4]
+    found = TwinPoints(
+        points.material, points.displacement, points.truth, np.add(true, [0.01, 0.02]), true
+    )
+    axes = stretch_figure({"fe": found}, {"fe": off}).axes
+    np.testing.assert_allclose(axes[0].lines[0].get_xydata(), [[1.45, 0.1], [2.05, 0.5]])
+    np.testing.assert_allclose(axes[1].lines[0].get_ydata(), 0.01)
+    np.testing.assert_allclose(axes[2].lines[0].get_ydata(), 0.02)
 
 
 def test_the_truth_is_a_line_among_the_points_of_each_law(points):
