@@ -48,9 +48,10 @@ def limit_figure(measurement: Measurement, forming: Forming) -> "Figure":
     axes = place_axes(figure, EDGE + 70, HEAD + ABOVE, DIAGRAM, DIAGRAM)
     _draw_paths(axes, minor, major, forming)
     axes.scatter(
-        minor, major, s=5, color=REFERENCE_COLOUR, alpha=0.25, linewidths=0, rasterized=True,
-        label="measured points",
-    )  # fmt: skip
+        minor, major, s=5, color=REFERENCE_COLOUR, alpha=0.25, linewidths=0, rasterized=True
+    )
+    # One faint point would not be seen in the legend.
+    axes.plot([], [], "o", markersize=4, color=REFERENCE_COLOUR, label="measured points")
     if forming.curve is not None:
         axes.plot(
             forming.curve.minor, forming.curve.major, color=DEFORMED_COLOUR, linewidth=2.5,

@@ -26,7 +26,8 @@ class Cell:
     ----------
     text : str
     path : str
-        Keys of the summary that lead to the value, joined by slashes; empty: no value.
+        Keys of the summary (in lists: places, from 0) that lead to the value, joined by
+        slashes; empty: no value.
     exact : str
         The value in full, as JSON.
     """
@@ -83,11 +84,21 @@ def _rows(section: Mapping[str, Any], path: str, prefix: str = "") -> list[tuple
     rows: list[tuple[str, Cell]] = []
     for key, value in section.items():
         here = f"{path}/{key}"
+        part = f"{prefix}{key.replace('_', ' ')}: "
         if isinstance(value, Mapping) and not _is_spread(value):
-            rows += _rows(value, here, f"{prefix}{key.replace('_', ' ')}: ")
+            rows += _rows(value, here, part)
+        elif _are_parts(value):
+            for number, member in enumerate(value):
+                name = member.get("name", number + 1)
+                rows += _rows(member, f"{here}/{number}", f"{part}{name}: ")
         else:
             rows.append((prefix + label_of(key), cell(key, value, here)))
     return rows
+
+
+def _are_parts(value: Any) -> bool:
+    """Whether a value is a list of sections."""
+    return isinstance(value, list) and bool(value) and all(isinstance(v, Mapping) for v in value)
 
 
 def label_of(key: str) -> str:

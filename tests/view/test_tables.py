@@ -83,3 +83,17 @@ def test_cells_keep_their_value_in_full_and_where_it_stands():
     (_, (median,)), (_, (missing,)) = table.rows
     assert (median.path, json.loads(median.exact)) == ("strain/E1", {"median": 1 / 3})
     assert (missing.path, missing.text, missing.exact) == ("strain/reference/a", "–", "null")
+
+
+def test_each_section_of_a_list_has_rows_under_its_name_or_number():
+    sections = [{"name": "middle", "normal": [0.0, 1.0], "length_mm": 7.5}, {"length_mm": 2.5}]
+    table = section_table("forming", "Forming", {"sections": sections, "laws": []})
+    assert _texts(table) == (
+        ("sections: middle: name", ("middle",)),
+        ("sections: middle: normal", ("0, 1",)),
+        ("sections: middle: length, mm", ("7.5",)),
+        ("sections: 2: length, mm", ("2.5",)),
+        ("laws", ("none",)),
+    )
+    paths = [one.path for _, (one,) in table.rows]
+    assert paths[3:] == ["forming/sections/1/length_mm", "forming/laws"]
