@@ -7,8 +7,10 @@ import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.methods.charts.graph import edge_graph, nearest_source, rim_vertices
+from shapemorph.methods.parametrize.disk import boundary_loops
 
 RECENTRINGS = 4
+DEEP = 0.95  # of the largest distance from the rims
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,8 +32,9 @@ class Patch:
 def split_surface(vertices: Floats, faces: Ints, *, count: int, overlap: float) -> list[Patch]:
     """Split a connected surface around `count` centres far from each other.
 
-    Each face belongs to the centre that is nearest along the surface; each patch is then
-    grown into its neighbours.
+    A surface between several rims, like a tube, is split across them: rings would lie flat
+    no better than the whole. Each face belongs to the centre that is nearest along the
+    surface; each patch is then grown into its neighbours.
 
     Parameters
     ----------
@@ -43,16 +46,25 @@ def split_surface(vertices: Floats, faces: Ints, *, count: int, overlap: float) 
         Distance by which a patch is grown, in the unit of the vertices.
     """
     graph, rim = edge_graph(vertices, faces), rim_vertices(faces)
-    centres = _spread(graph, faces, count)
+    inside = _far_inside(graph, faces, rim)
+    centres = _spread(graph, inside, count)
     for _ in range(RECENTRINGS):
-        centres = _recentred(graph, faces, centres, rim)
+        centres = _recentred(graph, faces, centres, rim, inside)
     owner = _owner_of_faces(nearest_source(graph, centres)[1], faces)
     return [_grown(graph, faces, owner == k, overlap) for k in range(len(centres))]
 
 
-def _spread(graph: Any, faces: Ints, count: int) -> Ints:
-    """Choose vertices one by one, each as far as possible from all before."""
+def _far_inside(graph: Any, faces: Ints, rim: Ints) -> Ints:
+    """Vertices where centres may lie: between several rims, only those far from all."""
     used = np.unique(faces)
+    if len(rim) == 0 or len(boundary_loops(faces, name="surface")) < 2:
+        return used
+    depth = nearest_source(graph, rim)[0][used]
+    return used[depth >= DEEP * depth.max()]
+
+
+def _spread(graph: Any, used: Ints, count: int) -> Ints:
+    """Choose some of the vertices one by one, each as far as possible from all before."""
     start, _ = nearest_source(graph, used[:1])
     chosen = [int(used[start[used].argmax()])]
     for _ in range(count - 1):
@@ -61,8 +73,8 @@ def _spread(graph: Any, faces: Ints, count: int) -> Ints:
     return np.array(chosen, dtype=np.int64)
 
 
-def _recentred(graph: Any, faces: Ints, centres: Ints, rim: Ints) -> Ints:
-    """Move each centre to the vertex of its cell that is farthest from other cells and rims."""
+def _recentred(graph: Any, faces: Ints, centres: Ints, rim: Ints, inside: Ints) -> Ints:
+    """Move each centre to the allowed vertex of its cell farthest from other cells and rims."""
     _, cell = nearest_source(graph, centres)
     border = np.unique(np.concatenate([_between_cells(faces, cell), rim]))
     if len(border) == 0:
@@ -70,9 +82,9 @@ def _recentred(graph: Any, faces: Ints, centres: Ints, rim: Ints) -> Ints:
     depth, _ = nearest_source(graph, border)
     moved = centres.copy()
     for k in range(len(centres)):
-        inside = np.flatnonzero((cell == k) & np.isfinite(depth))
-        if len(inside):
-            moved[k] = inside[depth[inside].argmax()]
+        ours = inside[(cell[inside] == k) & np.isfinite(depth[inside])]
+        if len(ours):
+            moved[k] = ours[depth[ours].argmax()]
     return moved if len(np.unique(moved)) == len(moved) else centres
 
 

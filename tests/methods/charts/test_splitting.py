@@ -3,6 +3,7 @@ import pytest
 
 from shapemorph.methods.charts.graph import edge_graph, nearest_source
 from shapemorph.methods.charts.splitting import split_surface
+from shapemorph.methods.parametrize.disk import boundary_loops
 from tests.methods.charts.shapes import ball, tube
 
 
@@ -58,9 +59,18 @@ def test_patches_are_of_similar_size():
 
 
 def test_a_patch_reaches_as_far_over_its_seam_as_asked():
-    vertices, faces = tube(steps=60, around=90, radius=3.0, length=60.0)
+    vertices, faces = tube(steps=60, around=90, radius=10.0, length=60.0)
     for patch in split_surface(vertices, faces, count=2, overlap=6.0):
         ours = vertices[np.unique(faces[patch.faces[patch.home]])]
         beyond = np.unique(faces[patch.faces[~patch.home]])
         distance = np.linalg.norm(vertices[beyond][:, None] - ours, axis=2).min(axis=1)
         assert 5.0 < distance.max() <= 6.0  # an edge is 1 long
+
+
+def test_a_tube_is_split_along_its_length():
+    vertices, faces = tube(steps=41, around=120, radius=10.0, length=60.0)
+    for patch in split_surface(vertices, faces, count=2, overlap=0.0):
+        home = faces[patch.faces[patch.home]]
+        assert np.ptp(vertices[home][..., 2]) == 60.0  # from rim to rim
+        assert len(boundary_loops(home, name="half")) == 1
+        assert len(home) == pytest.approx(len(faces) / 2, rel=0.1)
