@@ -5,16 +5,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from shapemorph.core.arrays import Ints
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
 from shapemorph.core.morphed import Morphed
-from shapemorph.methods.light import shifted, uneven_light
+from shapemorph.kernels.zncc import resample_through
+from shapemorph.methods.light import uneven_light
 from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.sharpness import blurred, missing_blur
-from shapemorph.methods.warping import warp_points
-
-ONE_SHIFT = 2.0  # px; motions that differ by less over a picture pass for a shift
 
 log = logging.getLogger(__name__)
 
@@ -55,14 +52,12 @@ def _as_lit(
 ) -> tuple[Callable[[Warp], GreyImage], Morphed]:
     """Take off the deformed picture what light does to it and not to the reference.
 
-    With a near start the two originals are compared. The light is smooth, and what differs
-    averages out over its cells, so a shift by whole pixels lays one over the other well enough
-    where no more than that happens.
+    With a near start the two originals are compared, laid over each other as it says. The light
+    is smooth, and what differs averages out over its cells, so linear interpolation is enough.
     """
     seen = morphed.image
     if start is not None:
-        shift = _as_shift(start.warp, reference.shape)
-        seen = remorph(start.warp) if shift is None else shifted(seen, shift, reference.shape)
+        seen = _laid_over(seen, start.warp, reference.shape)
     light = uneven_light(reference, seen)
     if light is None:
         return remorph, morphed
@@ -73,15 +68,11 @@ def _as_lit(
     )
 
 
-def _as_shift(warp: Warp, shape: tuple[int, int]) -> Ints | None:
-    """Shift (x, y) by whole px that is all a warp does to a picture; None if it does more."""
-    height, width = shape
-    x, y = np.meshgrid(np.linspace(0, width - 1, 5), np.linspace(0, height - 1, 5))
-    at = np.column_stack([x.ravel(), y.ravel()])
-    motion = warp_points(warp, at)[0] - at
-    if np.ptp(motion, axis=0).max() > ONE_SHIFT:
-        return None
-    return np.asarray(np.rint(motion.mean(axis=0)), dtype=np.int64)
+def _laid_over(image: GreyImage, warp: Warp, shape: tuple[int, int]) -> GreyImage:
+    """Show a picture in the frame of another of a given shape, through a warp, bilinearly."""
+    frame = warp.coefficients, warp.origin, warp.spacing
+    grey, visible = resample_through(*frame, image.grey, image.mask, *shape, 1.0)
+    return GreyImage(grey, visible > 0)
 
 
 def _as_soft(

@@ -76,6 +76,8 @@ def continue_outside(grey: Greys, mask: Bools) -> Greys:
     """
     import cv2
 
+    if mask.all():
+        return grey.astype(np.float32)
     known = mask.astype(np.float32)
     filled = np.where(mask, grey, np.float32(0))
     for _ in range(EDGE_GROWTH):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.arrays import Bools, Floats
 from shapemorph.core.image import GreyImage
 
 CELL = 8  # px; grey is averaged over cells
@@ -42,7 +42,8 @@ class Light:
             _scaled(np.clip(np.arange(n, dtype=np.float64), 0, of - 1), of, self.shape)
             for n, of in zip(image.shape, self.shape, strict=True)
         )
-        gain = np.maximum(np.polynomial.polynomial.polygrid2d(y, x, table), DARKEST)
+        down, across = (np.vander(at, ORDER + 1, increasing=True) for at in (y, x))
+        gain = np.maximum(down @ table @ across.T, DARKEST)
         return GreyImage((image.grey / gain).astype(np.float32), image.mask)
 
 
@@ -80,21 +81,6 @@ def uneven_light(reference: GreyImage, deformed: GreyImage) -> Light | None:
     if not mean > 0 or varies < max(UNEVEN * mean, CLEARLY * noise):
         return None
     return Light(np.asarray(found[:-1] / mean, dtype=np.float64), reference.shape)
-
-
-def shifted(image: GreyImage, shift: Ints, shape: tuple[int, int]) -> GreyImage:
-    """Take the part of a picture of a given shape that begins at a place (x, y), px.
-
-    What lies beyond the picture is masked.
-    """
-    grey, mask = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=bool)
-    ours, theirs = [], []
-    for at, size, there in zip(shift[::-1].tolist(), shape, image.shape, strict=True):
-        first, last = max(0, -at), max(0, -at, min(size, there - at))
-        ours.append(slice(first, last))
-        theirs.append(slice(first + at, last + at))
-    grey[tuple(ours)], mask[tuple(ours)] = image.grey[tuple(theirs)], image.mask[tuple(theirs)]
-    return GreyImage(grey, mask)
 
 
 def _noise_of_gain(model: Floats, terms: Floats, scatter: float) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shapemorph.core.image import GreyImage
-from shapemorph.methods.light import shifted, uneven_light
+from shapemorph.methods.light import uneven_light
 
 SHAPE = (240, 320)
 
@@ -72,13 +72,3 @@ def test_a_picture_of_another_size_takes_the_light_too():
         np.testing.assert_array_equal(lit[:height, :width], whole[:height, :width])
         assert lit.shape == other.shape
         assert np.isfinite(lit).all()
-
-
-@pytest.mark.parametrize("shift", [(0, 0), (7, -5), (-300, 3), (999, 0)])
-def test_a_shifted_part_shows_each_pixel_where_it_is_and_masks_the_rest(shift):
-    image = picture(np.arange(SHAPE[0] * SHAPE[1]).reshape(SHAPE))
-    part = shifted(image, np.array(shift), (230, 350))
-    y, x = np.mgrid[:230, :350] + np.array(shift[::-1])[:, None, None]
-    inside = (y >= 0) & (y < SHAPE[0]) & (x >= 0) & (x < SHAPE[1])
-    np.testing.assert_array_equal(part.mask, inside)
-    np.testing.assert_array_equal(part.grey[inside], (y * SHAPE[1] + x)[inside])
