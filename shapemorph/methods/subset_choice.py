@@ -1,5 +1,6 @@
 """Subset size and spacing from the picture itself."""
 
+import logging
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -20,6 +21,7 @@ POOR_PLACES = 10.0  # percentile of the local gradient content that has to suffi
 BARE = 0.05  # of the usual gradient content: such places show no pattern, whatever the subset
 TILE = 32  # px
 USUAL_SPECKLE = 5.0  # px, where the picture shows none
+log = logging.getLogger(__name__)
 _PATTERNS: WeakKeyDictionary[GreyImage, tuple[float, float, float]] = WeakKeyDictionary()
 
 
@@ -76,6 +78,23 @@ def choose_subset(
     sigma = per_pixel / size
     reason = _reason(subset_size is None, size, speckle, by_noise > by_speckle, sigma)
     return SubsetChoice(size, step, speckle, noise, sigma, reason)
+
+
+def settled_sizes(
+    picture: GreyImage, *, subset_size: int | None, spacing: int | None
+) -> tuple[int, int]:
+    """Give subset size and spacing, px; the picture is measured only where one is to be chosen.
+
+    Parameters
+    ----------
+    picture, subset_size, spacing
+        As in :func:`choose_subset`.
+    """
+    if subset_size is not None and spacing is not None:
+        return subset_size, spacing
+    choice = choose_subset(picture, subset_size=subset_size, spacing=spacing)
+    log.info("%s", choice.reason)
+    return choice.subset_size, choice.spacing
 
 
 def finest_subset(picture: GreyImage, *, order: int) -> int:

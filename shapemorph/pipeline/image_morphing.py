@@ -140,15 +140,15 @@ def _carried(
 ) -> Floats:
     """Search the middle grid in the next picture, and carry both outwards."""
     from shapemorph.methods.coarse_grid import carry_by_search, carry_by_warp, search_middle
-    from shapemorph.methods.subset_choice import choose_subset
+    from shapemorph.methods.subset_choice import settled_sizes
 
     given, paper = config.correlate, config.correlate.mode == "paper"
-    choice = choose_subset(pictures[0], subset_size=given.subset_size, spacing=given.spacing)
+    size, spacing = settled_sizes(pictures[0], subset_size=given.subset_size, spacing=given.spacing)
     middle = search_middle(
         pictures,
         search=given.search,
-        subset_size=choice.subset_size,
-        spacing=choice.spacing if paper else SPARSE * choice.spacing,
+        subset_size=size,
+        spacing=spacing if paper else SPARSE * spacing,
         least_zncc=given.min_zncc,
     )
     if paper:

@@ -121,7 +121,7 @@ def correlate_from(
 
     if len(warps) == 1 and not _is_gentle(warps[0], left):
         return _correlate_morphed(left, right, warps[0], config)
-    settings, limits = _near_settings(left, config)[0], config.correlate
+    settings, limits = _near_settings(left, config), config.correlate
     start = start_from(warps[0], left, right, settings=settings)
     with kernel_threads(limits.threads):
         start = likeliest_start(
@@ -149,7 +149,7 @@ def correlate_originals(
 
     as_they_are = config.correlate.model_copy(update={"refinements": 0})
     config = config.model_copy(update={"correlate": as_they_are})
-    start = start_from(warp, left, right, settings=_near_settings(left, config)[0])
+    start = start_from(warp, left, right, settings=_near_settings(left, config))
     return correlate_pictures(left, right, Morphed(right, _unmoved(right)), config, start)
 
 
@@ -226,24 +226,26 @@ def _is_gentle(warp: Warp, picture: GreyImage) -> bool:
 
 def _near_start(left: GreyImage, right: GreyImage, config: RunConfig) -> "NearStart | None":
     from shapemorph.methods.near_start import near_start
+    from shapemorph.methods.subset_choice import choose_subset
     from shapemorph.methods.threads import kernel_threads
 
-    settings, speckle = _near_settings(left, config)
+    settings = _near_settings(left, config)
+    speckle = choose_subset(left, subset_size=None, spacing=None).speckle_px
     with kernel_threads(config.correlate.threads):
         return near_start(
             left, right, speckle=speckle, settings=settings, min_zncc=config.correlate.min_zncc
         )
 
 
-def _near_settings(left: GreyImage, config: RunConfig) -> tuple["SubsetSettings", float]:
-    """Settle how the subsets of a start are matched; size of a speckle, px."""
-    from shapemorph.methods.subset_choice import choose_subset
+def _near_settings(left: GreyImage, config: RunConfig) -> "SubsetSettings":
+    """Settle how the subsets of a start are matched."""
+    from shapemorph.methods.subset_choice import settled_sizes
     from shapemorph.methods.subset_dic import SubsetSettings
 
     given = config.correlate
-    choice = choose_subset(left, subset_size=given.subset_size, spacing=None)
-    radius = choice.subset_size // 2
-    settings = SubsetSettings(
+    size, _spacing = settled_sizes(left, subset_size=given.subset_size, spacing=given.spacing)
+    radius = size // 2
+    return SubsetSettings(
         radius=radius,
         order=1,
         tolerance=NEAR_ENOUGH,
@@ -252,7 +254,6 @@ def _near_settings(left: GreyImage, config: RunConfig) -> tuple["SubsetSettings"
         max_drift=float(radius),
         degree=given.degree,
     )
-    return settings, choice.speckle_px
 
 
 def match_pictures(

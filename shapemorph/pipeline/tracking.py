@@ -168,14 +168,16 @@ class Tracker:
     def nothing(self, reason: str) -> Followed:
         """Give the points of a picture in which none was found."""
         from shapemorph.methods.increments import lost_grid
-        from shapemorph.methods.subset_choice import choose_subset
+        from shapemorph.methods.subset_choice import settled_sizes
 
         first, settings = self._first.picture, self._config.correlate
-        choice = choose_subset(first, subset_size=settings.subset_size, spacing=settings.spacing)
+        size, spacing = settled_sizes(
+            first, subset_size=settings.subset_size, spacing=settings.spacing
+        )
         grid = lost_grid(
             first.mask,
-            spacing=choice.spacing,
-            subset_size=choice.subset_size,
+            spacing=spacing,
+            subset_size=size,
             status=PointStatus.NOT_SEEDED,
         )
         return Followed(grid, self._key.name, matched=True, reason=reason)

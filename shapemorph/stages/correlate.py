@@ -1,6 +1,5 @@
 """Stage `correlate`: subset DIC between the reference and the morphed picture."""
 
-import logging
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -32,14 +31,12 @@ from shapemorph.methods.spline_pictures import (
     prepare_reference,
 )
 from shapemorph.methods.steady_slopes import stands_out, steady_slopes
-from shapemorph.methods.subset_choice import choose_subset
+from shapemorph.methods.subset_choice import settled_sizes
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, affine_starts, grid_points
 from shapemorph.methods.systematic import shape_bias, systematic_error
 from shapemorph.methods.threads import kernel_threads
 from shapemorph.methods.warp_renewal import SMOOTHING, renew_warp
 from shapemorph.methods.warping import warp_points
-
-log = logging.getLogger(__name__)
 
 OUTLIER_FLOOR = 0.15  # px; a residual may always differ so much from its neighbours
 FOLLOWED, MISSED = 99.0, 2.0  # percentile of the points; times the random error
@@ -85,14 +82,13 @@ def correlate(
     given = morphed.image
     if config.mode == "icgn":
         reference, remorph, morphed = made_alike(reference, remorph, morphed, start)
-    choice = choose_subset(reference, subset_size=config.subset_size, spacing=config.spacing)
-    log.info("%s", choice.reason)
-    settings = _settings(config, choice.subset_size // 2)
+    size, spacing = settled_sizes(reference, subset_size=config.subset_size, spacing=config.spacing)
+    settings = _settings(config, size // 2)
     measured = reference.mask if region is None else reference.mask & region
-    grid = grid_points(measured, spacing=choice.spacing)
+    grid = grid_points(measured, spacing=spacing)
     if not grid.inside.any():
         raise StageError(
-            f"expected points every {choice.spacing} px inside mask and region, got none: lower "
+            f"expected points every {spacing} px inside mask and region, got none: lower "
             "correlate.spacing or enlarge inputs.region"
         )
     with kernel_threads(config.threads):

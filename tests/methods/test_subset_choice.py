@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from shapemorph.core.image import GreyImage
-from shapemorph.methods.subset_choice import choose_subset, finest_subset, grey_noise
+from shapemorph.methods.subset_choice import (
+    choose_subset,
+    finest_subset,
+    grey_noise,
+    settled_sizes,
+)
 
 SHAPE = (200, 260)
 
@@ -48,6 +53,14 @@ def test_what_is_configured_is_kept(picture):
     choice = _choose(picture(), subset_size=33, spacing=7)
     assert (choice.subset_size, choice.spacing) == (33, 7)
     assert "configured" in choice.reason
+
+
+def test_only_what_is_missing_is_chosen(picture, monkeypatch):
+    image = picture()
+    choice = _choose(image, subset_size=33)
+    assert settled_sizes(image, subset_size=33, spacing=None) == (33, choice.spacing)
+    monkeypatch.setattr("shapemorph.methods.subset_choice._pattern", None)  # cannot be measured
+    assert settled_sizes(image, subset_size=33, spacing=7) == (33, 7)
 
 
 def test_a_picture_without_pattern_still_gets_an_answer():
