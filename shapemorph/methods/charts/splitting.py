@@ -60,7 +60,8 @@ def _far_inside(graph: Any, faces: Ints, rim: Ints) -> Ints:
     if len(rim) == 0 or len(boundary_loops(faces, name="surface")) < 2:
         return used
     depth = nearest_source(graph, rim)[0][used]
-    return used[depth >= DEEP * depth.max()]
+    far: Ints = used[depth >= DEEP * depth.max()]
+    return far
 
 
 def _spread(graph: Any, used: Ints, count: int) -> Ints:
