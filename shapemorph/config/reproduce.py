@@ -29,10 +29,14 @@ class ReproduceConfig(Section):
     figures: bool = Field(True, description="draw the figures of the page")
 
 
+FRAMES = 126
+"""Of a turn: seven steps are 20 degrees, six lie between 21 pairs that are evenly spread."""
+
+
 class BulgeConfig(Section):
     """Section `bulge`: the sheet on its turntable, from photographs to strain."""
 
-    twin: TwinConfig = TwinConfig(kind="bulge")
+    twin: TwinConfig = TwinConfig(kind="bulge", frames=FRAMES)
     patches: int = Field(21, ge=1, description="pairs of views that are matched for each state")
     subset_size: OddSize = Field(21, description="in the photographs, px")
     spacing: Annotated[int, Field(ge=1, le=200)] = Field(8, description="likewise")
@@ -51,7 +55,7 @@ class BulgeConfig(Section):
     @classmethod
     def _is_a_bulge(cls, given: Any) -> Any:
         if isinstance(given, dict) and isinstance(twin := given.get("twin", {}), dict):
-            return {**given, "twin": {"kind": "bulge", **twin}}
+            return {**given, "twin": {"kind": "bulge", "frames": FRAMES, **twin}}
         return given
 
     @model_validator(mode="after")

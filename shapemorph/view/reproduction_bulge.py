@@ -146,8 +146,9 @@ def noise_figure(over_noise: Sequence[Mapping[str, Any]]) -> "Figure":
     figure, axes = sheet(titles, 2, Heading("Noise", "everything after the calibration repeated"))
     place = [row["noise_levels"] for row in over_noise]
     for own, key in zip(axes, ("error_rms_mm", "share_of_points"), strict=True):
-        own.plot(place, [row[key] for row in over_noise], "o-", color=COLOURS[0], markersize=4)
-        own.set_ylim(bottom=0)
+        values = np.array([row[key] for row in over_noise], dtype=np.float64)
+        own.plot(place, values, "o-", color=COLOURS[0], markersize=4)
+        own.set_ylim(0, 1.15 * np.max(values, initial=1e-6, where=np.isfinite(values)))
     return figure
 
 

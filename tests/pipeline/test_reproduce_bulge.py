@@ -46,3 +46,10 @@ def test_the_page_shows_what_the_summary_holds(tmp_path):
 def test_another_experiment_is_refused():
     with pytest.raises(ValueError, match=r"expected twin\.kind bulge with frames"):
         BulgeConfig.model_validate({"twin": {"kind": "membrane"}})
+
+
+def test_the_turn_holds_pairs_20_degrees_apart_evenly_all_around():
+    for given in (BulgeConfig(), BulgeConfig.model_validate({"twin": {"scale": 0.5}})):
+        assert given.twin.frames % (360 / 20) == 0
+        assert given.twin.frames % given.patches == 0
+    assert BulgeConfig.model_validate({"twin": {"frames": 360}}).twin.frames == 360
