@@ -1,6 +1,7 @@
 """Run a command and turn what happens into an exit code."""
 
 import errno
+import gc
 import os
 import sys
 import textwrap
@@ -15,6 +16,7 @@ from shapemorph.cli.sequences import app
 from shapemorph.core.errors import ShapemorphError
 
 UNEXPECTED, USAGE, INTERRUPTED = 1, 2, 130
+PATIENT = 20_000  # new objects between two searches for cycles; libraries make many at the start
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -49,6 +51,7 @@ def run_and_leave() -> NoReturn:
     All results are on disk by then; tearing down VTK and the compiled loops in good order
     would take another second.
     """
+    gc.set_threshold(PATIENT)
     code = main()
     with suppress(OSError):
         sys.stdout.flush()

@@ -4,6 +4,7 @@ Opening a window off screen and loading what draws takes longer than the drawing
 fault of a graphics driver ends a process: both are better had beside the run than in it.
 """
 
+import gc
 import os
 import pickle
 import queue
@@ -162,6 +163,7 @@ def _own_output() -> Iterator[IO[bytes]]:
 
 
 if __name__ == "__main__":
+    gc.set_threshold(20_000)  # libraries make many objects that stay
     with _own_output() as output:
         _main(sys.stdin.buffer, output, sys.argv[1])
         os._exit(0)  # what libraries do at the end takes time and may fail
