@@ -18,7 +18,9 @@ import numba
 from platformdirs import user_cache_dir
 
 from shapemorph.kernels.cache_files import guard_cache
+from shapemorph.kernels.late_blas import load_array_functions
 
+load_array_functions()
 guard_cache()
 _here = Path(__file__).parent
 _read = [*sorted(_here.glob("*.py")), _here.parent / "core" / "status.py"]

@@ -5,15 +5,17 @@ A seam is a pair of sides that are glued.
 """
 
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import breadth_first_order
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.kernels.components import connect
 from shapemorph.kernels.facets import measure_triangles
 from shapemorph.kernels.pair_order import order_sides
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _MANY = 12  # sides at one edge beyond which pairs are not compared one by one
 
@@ -177,6 +179,8 @@ def sides_by_edge(faces: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 def _graph(one: Ints, other: Ints, weight: Floats, size: int) -> "csr_array[np.float64]":
+    from scipy.sparse import coo_array
+
     return coo_array((weight, (one, other)), shape=(size, size)).tocsr()
 
 
@@ -231,6 +235,8 @@ def _parity(one: Ints, other: Ints, clash: Bools, piece: Ints) -> Bools:
 def _spanning_tree(one: Ints, other: Ints, clash: Bools, piece: Ints) -> tuple[Ints, Bools]:
     """Parent of every face (roots are their own) and whether it disagrees with it."""
     count = len(piece)
+    from scipy.sparse.csgraph import breadth_first_order
+
     _, root = np.unique(piece, return_index=True)
     # A hub above all roots makes one tree of the forest.
     links = _graph(

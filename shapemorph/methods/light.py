@@ -71,7 +71,8 @@ def uneven_light(reference: GreyImage, deformed: GreyImage) -> Light | None:
     model = np.column_stack([terms * before[:, None], np.ones(len(before))])
     kept = np.ones(len(before), dtype=bool)
     for _ in range(ROUNDS):
-        found = np.linalg.lstsq(model[kept], after[kept], rcond=1e-6)[0]
+        some = model[kept]
+        found = np.linalg.lstsq(some.T @ some, some.T @ after[kept], rcond=1e-12)[0]
         left = after - model @ found
         far = np.abs(left)
         kept = far <= REJECTED * 1.4826 * max(float(np.median(far[kept])), 1e-6)

@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
 from shapemorph.core.morphed import Morphed
-from shapemorph.methods.alike_pictures import made_alike
+from shapemorph.methods.alike_pictures import laid_over, made_alike
 from shapemorph.methods.laws.identity import identity_warp
 from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.warping import warp_points
@@ -57,3 +57,19 @@ def test_light_is_taken_off_an_original_that_is_stretched_too():
         before, after = alike(slope, light)
         even = (after.grey * light / before.grey)[before.mask]
         assert np.ptp(even) < 0.04 * even.mean()
+
+
+def test_a_picture_laid_over_shows_each_pixel_where_a_warp_leads_and_masks_the_rest():
+    image = GreyImage((0.3 + 0.001 * X + 0.0005 * Y).astype(np.float32), (X > 5) & (Y < HEIGHT - 9))
+    none, shape = identity_warp((250, 333)), (250, 333)
+    slope, shift = STRETCHED, np.array([7.25, -3.5])
+    warp = Warp(none.coefficients @ slope.T + shift, none.origin, none.spacing)
+    part = laid_over(image, warp, shape)
+    places = np.stack(np.meshgrid(np.arange(333.0), np.arange(250.0)), axis=-1) @ slope.T + shift
+    x, y = places[..., 0], places[..., 1]
+    sure = (x > 7) & (x < WIDTH - 2) & (y > 1) & (y < HEIGHT - 11)
+    lost = (x < 5) | (x > WIDTH) | (y < -1) | (y > HEIGHT - 8)
+    assert part.mask[sure].all()
+    assert not part.mask[lost].any()
+    wanted = 0.3 + 0.001 * x + 0.0005 * y
+    np.testing.assert_allclose(part.grey[sure], wanted[sure], atol=2e-5)
