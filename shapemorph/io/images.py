@@ -2,9 +2,6 @@
 
 import io
 import os
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +11,7 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Greys
 from shapemorph.core.errors import DataError
 from shapemorph.core.image import GreyImage
+from shapemorph.io.decoding import lenient_pillow
 from shapemorph.methods.colour_content import CHANNELS, gradient_content
 
 PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".webp", ".tga")
@@ -165,7 +163,7 @@ def _stored_values(
     """Array (H, W) or (H, W, 2..4) in RGB(A) order as the file stores it."""
     from PIL import Image, UnidentifiedImageError
 
-    with _quiet(), _any_size():
+    with lenient_pillow():
         try:
             with Image.open(io.BytesIO(data)) as picture:
                 picture.seek(page or 0)
@@ -329,24 +327,3 @@ def _levels(
     if values.ndim == 2:
         return grey, ()
     return grey, tuple(float(each) for each in gradient_content(values, full - floor))
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep remarks of decoders about metadata to themselves."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
-
-
-@contextmanager
-def _any_size() -> Iterator[None]:
-    """Lift pillow's own limit: textures of 16384 px squared are real, and we check ourselves."""
-    from PIL import Image
-
-    limit = Image.MAX_IMAGE_PIXELS
-    Image.MAX_IMAGE_PIXELS = None
-    try:
-        yield
-    finally:
-        Image.MAX_IMAGE_PIXELS = limit

@@ -170,6 +170,7 @@ def solution_covariance(
     covariance: Floats,
     least_share: float,
     result: Floats,
+    squares: Floats,
 ) -> None:
     """Covariance of the matched position from the autocovariance of the grey noise.
 
@@ -186,6 +187,8 @@ def solution_covariance(
     result : (N, 3)
         Filled with the variance of x, of y and their covariance, px^2; NaN
         where there is no pattern.
+    squares : (N, 2)
+        Filled with the mean squares of the slopes along x and y; NaN likewise.
     """
     width, lanes = weights.shape[1], weights.shape[2]
     radius = (width - 1) // 2
@@ -201,6 +204,7 @@ def solution_covariance(
     for k in range(points.shape[0]):
         for a in range(3):
             result[k, a] = np.nan
+        squares[k, 0], squares[k, 1] = np.nan, np.nan
         x, y = points[k, 0], points[k, 1]
         own = weights[k]
         count = 0.0
@@ -239,4 +243,5 @@ def solution_covariance(
         xx, yy = max(sums[2], least_share * sums[0]), max(sums[3], least_share * sums[1])
         limit = np.sqrt(xx * yy)
         result[k, 0], result[k, 1] = xx, yy
+        squares[k, 0], squares[k, 1] = products[0, 0] / count, products[2, 0] / count
         result[k, 2] = min(max(sums[4], -limit), limit)

@@ -98,12 +98,11 @@ def laid_over(image: GreyImage, warp: Warp, shape: tuple[int, int]) -> GreyImage
     motion = np.pad(motion, ((1, 1), (1, 1), (0, 0)), mode="reflect", reflect_type="odd")
     size = CELL * (cols + 2), CELL * (rows + 2)
     motion = cv2.resize(motion, size, interpolation=cv2.INTER_LINEAR)
-    motion = motion[CELL : CELL + shape[0], CELL : CELL + shape[1]]
-    to_x = motion[..., 0] + np.arange(shape[1], dtype=np.float32)
-    to_y = motion[..., 1] + np.arange(shape[0], dtype=np.float32)[:, None]
+    to = motion[CELL : CELL + shape[0], CELL : CELL + shape[1]]
+    to += np.stack(np.meshgrid(*(np.arange(n, dtype=np.float32) for n in shape[::-1])), axis=-1)
     whole = np.where(image.mask, np.uint8(255), np.uint8(0))
-    mask = cv2.remap(whole, to_x, to_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
-    grey = cv2.remap(image.grey, to_x, to_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    mask = cv2.remap(whole, to, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+    grey = cv2.remap(image.grey, to, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return GreyImage(grey, mask == 255)
 
 

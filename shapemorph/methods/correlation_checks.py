@@ -178,11 +178,23 @@ def _agreeing(
     at = _shifted(position, step)
     slope = _shifted(gradient, step)
     way = spacing * np.array([step[1], step[0]], dtype=np.float64)
-    gap = at[1] - at[0] - 0.5 * (slope[0] + slope[1]) @ way
-    bend = 0.5 * np.linalg.norm((slope[1] - slope[0]) @ way, axis=-1)
+    ahead, behind = (_along(each, way) for each in slope)
+    gap = at[1] - at[0] - 0.5 * (ahead + behind)
+    bend = 0.5 * _lengths(behind - ahead)
     good = (here >= 0) & (there >= 0)
-    good &= np.linalg.norm(gap, axis=-1) <= np.maximum(floor, bend)
+    good &= _lengths(gap) <= np.maximum(floor, bend)
     return np.stack([here[good], there[good]])
+
+
+def _along(slope: Floats, way: Floats) -> Floats:
+    """Multiply gradients (..., 2, 2) by one step: as :func:`numpy.matmul`, but quick."""
+    product: Floats = slope[..., 0] * way[0] + slope[..., 1] * way[1]
+    return product
+
+
+def _lengths(vectors: Floats) -> Floats:
+    """Lengths of vectors (..., 2)."""
+    return np.asarray(np.hypot(vectors[..., 0], vectors[..., 1]))
 
 
 def _shifted(values: Values, step: tuple[int, int]) -> tuple[Values, Values]:

@@ -59,35 +59,24 @@ def displacement_covariance(
     )
     noise = _restore(_average(*_residual_products(some, lags), seen, usable), lags, overlap)
     subsets = MatchedSubsets.at(pictures, points, warps, usable, radius)
-    found = _covariance(subsets, lags, noise, settings.order)
+    found, squares = _covariance(subsets, lags, noise, settings.order)
     result = np.full((*usable.shape, 2, 2), np.nan)
-    spread = _without_noisy_slopes(reference, points[usable], noise[:, 0], radius)
+    spread = _without_noisy_slopes(squares, noise[:, 0])
     result[usable] = found[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
     result[usable] *= spread[:, :, None] * spread[:, None, :]
     return result
 
 
-def _without_noisy_slopes(
-    reference: ReferencePicture, points: Ints, noise: Floats, radius: int
-) -> Floats:
+def _without_noisy_slopes(squares: Floats, noise: Floats) -> Floats:
     """(N, 2) factors on sigma, since only the slopes of the pattern hold a match.
 
-    The squared slopes of the reference contain those of its own noise, which the deformed
-    picture does not share; half of the residual's variance is taken for it.
+    The mean squares of the slopes of the reference (N, 2) contain those of its own noise,
+    which the deformed picture does not share; half of the residual's variance is taken for it.
     """
-    import cv2
-
     turn = 2 * np.pi * np.fft.fftfreq(256)
     gain = float(np.mean((3.0 * np.sin(turn) / (2.0 + np.cos(turn))) ** 2))
-    place = tuple((points + reference.pad).T[::-1])
-    size = (2 * radius + 1, 2 * radius + 1)
-    seen = cv2.blur(reference.inside, size)[place]
-    factors = np.empty((len(points), 2))
-    for k in range(2):
-        squares = cv2.blur(reference.planes[1 + k] ** 2 * reference.inside, size)[place]
-        share = 0.5 * gain * noise * seen / np.maximum(squares, 1e-12)
-        factors[:, k] = 1.0 / (1.0 - np.clip(share, 0.0, MOST_NOISY))
-    return factors
+    share = 0.5 * gain * noise[:, None] / np.maximum(squares, 1e-12)
+    return np.asarray(1.0 / (1.0 - np.clip(share, 0.0, MOST_NOISY)))
 
 
 def _residual_products(subsets: MatchedSubsets, lags: Ints) -> tuple[Floats, Floats]:
@@ -109,9 +98,14 @@ def _residual_products(subsets: MatchedSubsets, lags: Ints) -> tuple[Floats, Flo
     return products, pairs
 
 
-def _covariance(subsets: MatchedSubsets, lags: Ints, noise: Floats, order: int) -> Floats:
-    """(N, 3) variance of x, of y, covariance, from the autocovariance of the noise."""
-    result = np.empty((len(subsets.points), 3))
+def _covariance(
+    subsets: MatchedSubsets, lags: Ints, noise: Floats, order: int
+) -> tuple[Floats, Floats]:
+    """(N, 3) variance of x, of y, covariance, from the autocovariance of the noise; (N, 2) slopes.
+
+    The latter are the mean squares of the slopes along both axes.
+    """
+    result, squares = np.empty((len(subsets.points), 3)), np.empty((len(subsets.points), 2))
     noise = np.ascontiguousarray(noise)
 
     def work(first: int, last: int) -> None:
@@ -126,10 +120,11 @@ def _covariance(subsets: MatchedSubsets, lags: Ints, noise: Floats, order: int) 
             noise[some],
             LEAST_SHARE,
             result[some],
+            squares[some],
         )
 
     run_blocks(work, len(subsets.points), block=BLOCK)
-    return result
+    return result, squares
 
 
 def short_lags(largest: int) -> Ints:

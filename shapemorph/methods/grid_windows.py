@@ -71,7 +71,8 @@ def _windows_around(usable: Bools, centres: Ints, radius: int) -> Windows:
     down, right = (part.ravel() for part in np.meshgrid(span, span, indexing="ij"))
     padded = np.pad(usable, radius)
     around = padded[rows[:, None] + down + radius, cols[:, None] + right + radius]
-    inside = _reachable(around.reshape(-1, len(span), len(span)), radius)
+    inside, gaps = around, ~around.all(axis=1)
+    inside[gaps] = _reachable(around[gaps].reshape(-1, len(span), len(span)), radius)
     neighbours = centres[:, None] + np.where(inside, down * usable.shape[1] + right, 0)
     return Windows(centres, neighbours, inside, np.stack([right, down], axis=1))
 

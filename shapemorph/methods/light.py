@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shapemorph.core.arrays import Bools, Floats
+from shapemorph.core.arrays import Bools, Floats, Greys
 from shapemorph.core.image import GreyImage
 
 CELL = 8  # px; grey is averaged over cells
@@ -97,10 +97,10 @@ def _cell_means(
     """Find the middles of cells that both pictures show, and the mean grey of both there."""
     both = reference.mask & deformed.mask
     rows, columns = (size // CELL for size in both.shape)
-    count = _summed(both.astype(np.float64), rows, columns)
+    count = _summed(both, rows, columns)
     good: Bools = count >= FULL * CELL * CELL
     before, after = (
-        _summed(np.where(both, side.grey, 0.0), rows, columns)[good] / count[good]
+        _summed(np.where(both, side.grey, np.float32(0.0)), rows, columns)[good] / count[good]
         for side in (reference, deformed)
     )
     row, column = np.nonzero(good)
@@ -111,10 +111,10 @@ def _cell_means(
     return (middle[0], middle[1]), before, after
 
 
-def _summed(values: Floats, rows: int, columns: int) -> Floats:
+def _summed(values: Greys | Bools, rows: int, columns: int) -> Floats:
     """Add up the pixels of each cell."""
-    cells = values[: rows * CELL, : columns * CELL].reshape(rows, CELL, columns, CELL)
-    return np.asarray(cells.sum(axis=(1, 3)))
+    cells = values[: rows * CELL, : columns * CELL].reshape(rows, CELL, columns * CELL)
+    return np.asarray(cells.sum(axis=1, dtype=np.float64).reshape(rows, columns, CELL).sum(axis=2))
 
 
 def _scaled(at: Floats, size: int, shape: tuple[int, ...]) -> Floats:

@@ -9,7 +9,7 @@ from shapemorph.kernels.subset_samples import sample_subsets, weigh_subsets
 from shapemorph.kernels.vectors import LANES
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
 
-BLOCK = 128  # subsets that a thread reads at once: few enough to stay in its cache
+BLOCK = 256  # subsets that a thread reads at once: few enough to stay in its cache
 MAX_LAG = 3  # px; resampling correlates noise no farther unless it magnifies
 
 

@@ -1,6 +1,6 @@
 """Whether two pictures lie so near each other that subsets find their way without features."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,7 @@ from shapemorph.methods.subset_dic import (
     grid_points,
     match_points,
 )
+from shapemorph.methods.threads import run_at_once
 from shapemorph.methods.warping import warp_points
 
 POINTS = 200  # that are tried, about
@@ -84,8 +85,22 @@ def near_start(
     NearStart or None
         None where features have to be matched.
     """
-    if np.isfinite(speckle) and _repeats(reference, speckle):
-        return None
+
+    def repeats() -> bool:
+        return bool(np.isfinite(speckle)) and _repeats(reference, speckle)
+
+    def tried() -> NearStart | None:
+        return _tried_start(reference, deformed, settings, min_zncc)
+
+    asked: tuple[Callable[[], NearStart | bool | None], ...] = (tried, repeats)
+    start, repeat = run_at_once(lambda ask: ask(), asked)
+    return start if isinstance(start, NearStart) and not repeat else None
+
+
+def _tried_start(
+    reference: GreyImage, deformed: GreyImage, settings: SubsetSettings, min_zncc: float
+) -> NearStart | None:
+    """Start from no motion, else from the shifts of tiles; None where neither leads on."""
     start = start_from(identity_warp(reference.shape), reference, deformed, settings=settings)
     pictures = start.source, start.target, reference.mask
     still = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Floats, Greys
 from shapemorph.core.matching import Warp
 from shapemorph.methods.contrast import Pattern
 from shapemorph.methods.densify import GridSearch, search_grid
@@ -30,14 +30,11 @@ def find_repeat(pattern: Pattern, *, std: float) -> Floats | None:
     """
     import cv2
 
-    shape, lag = pattern.shape, int(FARTHEST * min(pattern.shape))
+    lag = int(FARTHEST * min(pattern.shape))
     inside = pattern.mask.astype(np.float32)
-    own, share = (
-        np.roll(np.fft.irfft2(np.abs(np.fft.rfft2(part)) ** 2, shape), (lag, lag), axis=(0, 1))
-        for part in (pattern.values, inside)
-    )
-    window = np.s_[: 2 * lag + 1, : 2 * lag + 1]
-    likeness = own[window] / np.maximum(share[window], 0.1 * inside.sum())
+    own = _itself_shifted(pattern.values, lag)
+    share = inside.sum() if pattern.mask.all() else _itself_shifted(inside, lag)
+    likeness = own / np.maximum(share, 0.1 * inside.sum())
     likeness = likeness / max(float(likeness[lag, lag]), 1e-9)
     y, x = np.mgrid[-lag : lag + 1, -lag : lag + 1]
     far = (np.hypot(x, y) > NEAREST * std) & (np.hypot(x, y) < lag - 1)
@@ -50,6 +47,13 @@ def find_repeat(pattern: Pattern, *, std: float) -> Floats | None:
         return None
     row, col = min(np.argwhere(summit), key=lambda place: float(((place - lag) ** 2).sum()))
     return np.array([col - lag, row - lag], np.float64)
+
+
+def _itself_shifted(values: Greys, lag: int) -> Greys:
+    """Multiply a picture by itself, shifted cyclically by up to `lag` px, and add up."""
+    power = np.abs(np.fft.rfft2(values)) ** 2
+    products = np.roll(np.fft.irfft2(power, values.shape), (lag, lag), axis=(0, 1))
+    return np.asarray(products[: 2 * lag + 1, : 2 * lag + 1])
 
 
 def doubt_of_repeat(

@@ -20,11 +20,12 @@ def choose_tiles(mask: Bools) -> Ints:
     (K, 2)
         Row and column of each tile's first pixel; the K <= 36 do not depend on the grey.
     """
+    import cv2
+
     height, width = mask.shape
     rows = np.arange(0, max(height - TILE, 0) + 1, TILE // 2)
     cols = np.arange(0, max(width - TILE, 0) + 1, TILE // 2)
-    total = np.zeros((height + 1, width + 1))
-    total[1:, 1:] = mask.cumsum(axis=0).cumsum(axis=1)
+    total = cv2.integral(mask.view(np.uint8), sdepth=cv2.CV_32S)
     low, high = np.minimum(rows + TILE, height), np.minimum(cols + TILE, width)
     inside = (
         total[np.ix_(low, high)]
@@ -71,6 +72,8 @@ def tile_widths(grey: Greys, mask: Bools, tiles: Ints) -> Floats:
 def _autocorrelate(grey: Floats, inside: Floats) -> tuple[Floats, Floats]:
     """Normalised autocorrelation of masked tiles, lag zero at the centre, and contrast."""
     axes = (1, 2)
+    if inside.all():
+        inside = inside[:1]  # one stands for all
     count = inside.sum(axis=axes, keepdims=True)
     centred = (grey - (grey * inside).sum(axis=axes, keepdims=True) / count) * inside
     variance = (centred**2).sum(axis=axes) / count[:, 0, 0]

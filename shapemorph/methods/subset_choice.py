@@ -6,7 +6,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from shapemorph.core.arrays import Floats
+from shapemorph.core.arrays import Bools, Floats, Greys
 from shapemorph.core.image import GreyImage
 from shapemorph.methods.speckle import speckle_size
 
@@ -135,14 +135,15 @@ def grey_noise(picture: GreyImage) -> float:
     J. Immerkaer, "Fast noise variance estimation", Computer Vision and Image
     Understanding 64 (1996), doi:10.1006/cviu.1996.0060.
     """
-    grey = picture.grey
+    grey, mask = picture.grey, picture.mask
     rows = grey[:-2] - 2.0 * grey[1:-1] + grey[2:]
     both = rows[:, :-2] - 2.0 * rows[:, 1:-1] + rows[:, 2:]
-    mask = picture.mask[:-2] & picture.mask[1:-1] & picture.mask[2:]
-    mask = mask[:, :-2] & mask[:, 1:-1] & mask[:, 2:]
-    if not mask.any():
+    if not mask.all():
+        seen = mask[:-2] & mask[1:-1] & mask[2:]
+        both = both[seen[:, :-2] & seen[:, 1:-1] & seen[:, 2:]]
+    if both.size == 0:
         return 0.0
-    return float(1.4826 * np.median(np.abs(both[mask])) / 6.0)
+    return float(1.4826 * np.median(np.abs(both), overwrite_input=True) / 6.0)
 
 
 def _poor_slopes(picture: GreyImage) -> float:
@@ -151,24 +152,23 @@ def _poor_slopes(picture: GreyImage) -> float:
     both &= picture.mask[1:-1, :-2] & picture.mask[:-2, 1:-1]
     along_x = 0.5 * (picture.grey[1:-1, 2:] - picture.grey[1:-1, :-2])
     along_y = 0.5 * (picture.grey[2:, 1:-1] - picture.grey[:-2, 1:-1])
-    count = _tile_sums(both.astype(np.float64))
+    count = _tile_sums(both)
     full = count >= 0.5 * TILE * TILE
     if not full.any():
         return 0.0
-    means = [
-        _tile_sums(np.where(both, s, 0.0) ** 2)[full] / count[full] for s in (along_x, along_y)
-    ]
+    means = [_tile_sums((s * both) ** 2)[full] / count[full] for s in (along_x, along_y)]
     worse = np.minimum(*means)
     shown = worse >= BARE * np.median(worse)
     return float(np.percentile(worse[shown], POOR_PLACES))
 
 
-def _tile_sums(values: Floats) -> Floats:
+def _tile_sums(values: Greys | Bools) -> Floats:
+    """Add up tiles; of a picture narrower than one, the part that is there."""
     height, width = (TILE * max(1, size // TILE) for size in values.shape)
-    padded = np.zeros((max(height, values.shape[0]), max(width, values.shape[1])))
-    padded[: values.shape[0], : values.shape[1]] = values
-    tiles = padded[:height, :width].reshape(height // TILE, TILE, width // TILE, TILE)
-    sums: Floats = tiles.sum(axis=(1, 3))
+    values = values[:height, :width]
+    padded = np.pad(values, ((0, height - values.shape[0]), (0, width - values.shape[1])))
+    rows = padded.reshape(height // TILE, TILE, width).sum(axis=1, dtype=np.float64)
+    sums: Floats = rows.reshape(len(rows), width // TILE, TILE).sum(axis=2)
     return sums
 
 

@@ -233,12 +233,17 @@ def pattern_spectrum(reference: ReferencePicture) -> Floats | None:
         return None
     window = np.hanning(size + 2)[1:-1]
     window2d = np.outer(window, window)
-    power = np.mean(
-        [np.abs(np.fft.fft2((tile - tile.mean()) * window2d)) ** 2 for tile in tiles], axis=0
-    )
+    halves = [np.abs(np.fft.rfft2((tile - tile.mean()) * window2d)) ** 2 for tile in tiles]
+    power = _both_halves(np.mean(halves, axis=0))
     high = np.abs(np.fft.fftfreq(size)) > EMPTY
     pattern: Floats = np.maximum(power - np.median(power[np.ix_(high, high)]), 0.0)
     return pattern if pattern.any() else None
+
+
+def _both_halves(half: Floats) -> Floats:
+    """Power (T, T) of a real picture from its columns (T, T / 2 + 1) of no negative frequency."""
+    opposite = np.roll(half[::-1], 1, axis=0)[:, -2:0:-1]
+    return np.concatenate([half, opposite], axis=1)
 
 
 def _whole_tiles(reference: ReferencePicture, size: int) -> list[Floats]:

@@ -46,8 +46,15 @@ def run_blocks(work: Callable[[int, int], object], number: int, *, block: int) -
         for first in starts:
             work(first, min(first + block, number))
         return
+    waiting = iter(starts)  # whoever is free takes the next
+
+    def work_on() -> None:
+        for first in waiting:
+            work(first, min(first + block, number))
+
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(lambda first: work(first, min(first + block, number)), starts))
+        for done in [pool.submit(work_on) for _ in range(threads)]:
+            done.result()
 
 
 def run_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:

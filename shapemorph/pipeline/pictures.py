@@ -96,12 +96,15 @@ def in_one_channel(
     list of Picture
     channel, reason : str
     """
-    pictures = [read("luma" if channel == "auto" else channel) for read in readers]
+    from shapemorph.methods.threads import run_at_once
+
+    first = "luma" if channel == "auto" else channel
+    pictures = run_at_once(lambda read: read(first), readers)
     if channel != "auto":
         return pictures, channel, "as inputs.channel says"
     best, reason = best_channel([picture.content for picture in pictures])
     if best != "luma":
-        pictures = [read(best) for read in readers]
+        pictures = run_at_once(lambda read: read(best), readers)
     return pictures, best, reason
 
 
