@@ -13,6 +13,7 @@ from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.sharpness import blurred, missing_blur
 from shapemorph.methods.warping import warp_points
 
+WIDEST = 32767  # px: OpenCV numbers the pixels of what it resamples by 16 bits
 NOWHERE = -1e6  # px: a motion that ends beyond all pictures
 
 log = logging.getLogger(__name__)
@@ -58,7 +59,8 @@ def _as_lit(
     """
     seen = morphed.image
     if start is not None:
-        seen = laid_over(seen, start.warp, reference.shape)
+        small = max(*reference.shape, *seen.shape) < WIDEST
+        seen = laid_over(seen, start.warp, reference.shape) if small else remorph(start.warp)
     light = uneven_light(reference, seen)
     if light is None:
         return remorph, morphed
