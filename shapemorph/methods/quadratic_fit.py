@@ -28,7 +28,7 @@ def quadratic_operators(coordinates: Floats, inside: Bools) -> Floats:
     (N, 6, K)
         Coefficients = operator @ data; NaN where the points settle not even a plane.
     """
-    scale = _width(coordinates, inside)
+    scale = width_of(coordinates, inside)
     terms = quadratics(coordinates / scale[:, None, None])
     operators = fit_operators(terms, inside, worst_condition=WORST_CONDITION)
     count = inside.sum(axis=1)
@@ -49,6 +49,13 @@ def quadratics(coordinates: Floats) -> Floats:
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
 
 
+def cubics(coordinates: Floats) -> Floats:
+    """Cubic monomials x^3, x^2 y, x y^2, y^3 of coordinates (N, K, 2), (N, K, 4)."""
+    x, y = np.moveaxis(coordinates, 2, 0)
+    xx, yy = x * x, y * y
+    return np.stack([xx * x, xx * y, x * yy, yy * y], axis=2)
+
+
 def cubic_changes(offsets: Ints) -> Floats:
     """Find what cubic terms change in the slopes at the centre of a window, (2, K).
 
@@ -64,14 +71,13 @@ def cubic_changes(offsets: Ints) -> Floats:
         the quadratic.
     """
     places = offsets.astype(np.float64)
-    x, y = places.T
     plain = quadratics(places[None])[0]
-    full = np.column_stack([plain, x**3, x * x * y, x * y * y, y**3])
+    full = np.column_stack([plain, cubics(places[None])[0]])
     changes: Floats = np.linalg.pinv(full)[1:3] - np.linalg.pinv(plain)[1:3]
     return changes
 
 
-def _width(coordinates: Floats, inside: Bools) -> Floats:
+def width_of(coordinates: Floats, inside: Bools) -> Floats:
     """Root mean square distance from the centre; 1 where there is none, (N,)."""
     squared = np.where(inside, (coordinates**2).sum(axis=2), 0.0).sum(axis=1)
     width = np.sqrt(squared / np.maximum(inside.sum(axis=1), 1))

@@ -12,9 +12,11 @@ from shapemorph.methods.least_squares import fit_operators
 from shapemorph.methods.quadratic_fit import (
     WORST_CONDITION,
     cubic_changes,
+    cubics,
     quadratic_operators,
     quadratics,
 )
+from shapemorph.methods.rim_cubics import PointNoise, with_cubics
 
 _STEEPEST = 0.5  # cosine of the largest tilt of a chord from the tangent plane
 
@@ -67,8 +69,30 @@ class _Patch:
     inside: Bools
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Bent:
+    """Fits of both states over windows, and what bending makes of them."""
+
+    reference: Floats
+    deformed: Floats
+    tangent: Floats
+    turn: Floats
+    slopes: Floats
+    gradient: Floats
+    bends: tuple[Floats, Floats]
+    cubics: Floats
+    shapes: Floats
+    left: Floats
+    share: Floats
+    misfit: Floats
+
+
 def fit_tangent(
-    reference: Floats, deformed: Floats, reference_px: Floats, windows: Windows
+    reference: Floats,
+    deformed: Floats,
+    reference_px: Floats,
+    windows: Windows,
+    noise: PointNoise | None = None,
 ) -> TangentFit:
     """Fit the surface deformation gradient at the centre of each window.
 
@@ -86,6 +110,10 @@ def fit_tangent(
         Grid positions in the reference picture, px.
     windows : Windows
         Indices into these P points.
+    noise : PointNoise or None
+        Of the deformed positions; given, windows that a rim cuts have cubic terms where
+        these say clearly more than noise
+        (:func:`~shapemorph.methods.rim_cubics.with_cubics`).
 
     Returns
     -------
@@ -96,44 +124,73 @@ def fit_tangent(
     -----
     Exact for a homogeneous stretch of any size, on the fitted tangent plane (of a plane:
     its own); a rigid motion of any surface gives the identity to rounding; otherwise
-    second order in the width of the window, and fourth order where a flat sheet only
-    bends.
+    second order in the width of the window (third at a rim where the positions say clearly
+    more than their noise), and fourth order where a flat sheet only bends.
     """
     patch = _gather(reference, deformed, windows)
     picture = _relative(reference_px, windows)
     plane, mm_per_px = _plane(patch, picture)
-    return _fit(patch, plane, mm_per_px, cubic_changes(windows.offsets))
-
-
-def _fit(patch: _Patch, plane: Floats, mm_per_px: Floats, changes: Floats) -> TangentFit:
-    """Fit in coordinates of `plane`, then refer everything to the fitted tangent plane."""
     coordinates, inside = _project(patch, plane)
     operators = quadratic_operators(coordinates, inside)
+    bent = _bent(patch, coordinates, inside, operators)
+    cut = np.asarray(~windows.inside.all(axis=1))
+    if noise is not None and cut.any():
+        straight = patch.deformed - bent.share[:, None, None] * (
+            bent.shapes @ np.swapaxes(bent.cubics, 1, 2) @ bent.gradient
+        )
+        along, _ = _orthonormal(_slopes_of(bent.deformed))
+        seen = straight @ np.swapaxes(along, 1, 2)
+        operators[cut] = with_cubics(
+            coordinates[cut], inside[cut], operators[cut], seen[cut], noise.of(windows, cut)
+        )
+        bent = _bent(patch, coordinates, inside, operators)
+    return _finished(bent, operators, mm_per_px, cubic_changes(windows.offsets))
+
+
+def _bent(patch: _Patch, coordinates: Floats, inside: Bools, operators: Floats) -> _Bent:
+    """Fit in coordinates of a plane, refer it to the fitted tangent plane, weigh bending."""
     reference, deformed = operators @ patch.reference, operators @ patch.deformed
     tangent, turn = _orthonormal(_slopes_of(reference))
     back = np.swapaxes(turn, 1, 2)
-    slopes = back @ _slopes_of(operators)
     flat = coordinates @ (_slopes_of(reference) @ np.swapaxes(tangent, 1, 2))
     gradient = back @ _slopes_of(deformed)
     bends = [back @ normal_bend(fit) @ turn for fit in (reference, deformed)]
-    cubics, shapes = bending_cubics(bends[0], gradient, bends[1]), _cubics(flat)
-    bent = patch.deformed - shapes @ np.swapaxes(cubics, 1, 2) @ gradient
-    bent = bent - quadratics(coordinates) @ (operators @ bent)
+    thirds, shapes = bending_cubics(bends[0], gradient, bends[1]), cubics(flat)
+    left = patch.deformed - shapes @ np.swapaxes(thirds, 1, 2) @ gradient
+    left = left - quadratics(coordinates) @ (operators @ left)
     share, misfit = bending_share(
-        coordinates, inside, (patch.reference, patch.deformed), (reference, deformed), bent
+        coordinates, inside, (patch.reference, patch.deformed), (reference, deformed), left
     )
-    short = bending_terms(cubics, gradient, slopes @ shapes)
-    gradient = gradient - share[:, None, None] * short
+    return _Bent(
+        reference,
+        deformed,
+        tangent,
+        turn,
+        slopes=back @ _slopes_of(operators),
+        gradient=gradient,
+        bends=(bends[0], bends[1]),
+        cubics=thirds,
+        shapes=shapes,
+        left=left,
+        share=share,
+        misfit=misfit,
+    )
+
+
+def _finished(bent: _Bent, operators: Floats, mm_per_px: Floats, changes: Floats) -> TangentFit:
+    """Take from the gradient what bending has added to it."""
+    short = bending_terms(bent.cubics, bent.gradient, bent.slopes @ bent.shapes)
+    gradient = bent.gradient - bent.share[:, None, None] * short
     gain = np.sqrt(2 * (operators[:, [3, 5]] ** 2).sum(axis=(1, 2)))
     return TangentFit(
-        tangent=tangent,
+        tangent=bent.tangent,
         gradient=np.swapaxes(gradient, 1, 2),
-        slopes=slopes,
+        slopes=bent.slopes,
         mm_per_px=mm_per_px,
-        bends=(bends[0], bends[1]),
+        bends=bent.bends,
         bend_gain=gain,
-        misfit=misfit,
-        cubic=changes @ bent,
+        misfit=bent.misfit,
+        cubic=changes @ bent.left,
     )
 
 
@@ -169,13 +226,6 @@ def _project(patch: _Patch, tangent: Floats) -> tuple[Floats, Bools]:
 
 def _slopes_of(operators: Floats) -> Floats:
     return operators[:, 1:3]
-
-
-def _cubics(coordinates: Floats) -> Floats:
-    """Cubic monomials x^3, x^2 y, x y^2, y^3, (N, K, 4)."""
-    x, y = np.moveaxis(coordinates, 2, 0)
-    xx, yy = x * x, y * y
-    return np.stack([xx * x, xx * y, x * yy, yy * y], axis=2)
 
 
 def _orthonormal(edges: Floats) -> tuple[Floats, Floats]:

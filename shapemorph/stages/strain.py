@@ -21,6 +21,7 @@ from shapemorph.methods.grid_windows import Windows, connected_windows
 from shapemorph.methods.measures import WITHIN_NOISE
 from shapemorph.methods.mid_surface import Curvatures, curvatures, mid_metric
 from shapemorph.methods.principal import principal
+from shapemorph.methods.rim_cubics import PointNoise
 from shapemorph.methods.strain_noise import joined, noise_parts
 from shapemorph.methods.tangent_fit import TangentFit, fit_tangent
 
@@ -147,6 +148,7 @@ def _measure(
         tracked.deformed.reshape(-1, 3),
         grid.reference_px.reshape(-1, 2),
         windows,
+        _point_noise(tracked, _correlation(windows.offsets, grid)),
     )
     rows = windows.centres
     metric, curving = np.swapaxes(fit.gradient, 1, 2) @ fit.gradient, np.zeros((len(rows), 2))
@@ -170,6 +172,14 @@ def _measure(
     points.cubic[rows] = np.where(full[:, None], ((fit.cubic @ axes) ** 2).sum(axis=1), np.nan)
     if tracked.covariance is not None:
         points.predicted[rows] = _along(axes, tracked.covariance.reshape(-1, 3, 3)[rows])
+
+
+def _point_noise(tracked: TrackedSurface, correlation: Floats) -> PointNoise | None:
+    """Noise of the deformed positions; None where it is not known."""
+    if tracked.covariance is None:
+        return None
+    variance = np.trace(tracked.covariance.reshape(-1, 3, 3), axis1=1, axis2=2)
+    return PointNoise(np.sqrt(np.maximum(variance, 0.0)), correlation)
 
 
 def _noise_sources(

@@ -4,6 +4,7 @@ from scipy.spatial.transform import Rotation
 
 from shapemorph.methods.grid_windows import connected_windows
 from shapemorph.methods.principal import principal
+from shapemorph.methods.rim_cubics import PointNoise
 from shapemorph.methods.tangent_fit import fit_tangent
 
 TURN = Rotation.from_rotvec([0.4, -0.7, 1.1]).as_matrix()
@@ -27,15 +28,20 @@ def dome(flat: np.ndarray, radius: float) -> np.ndarray:
     return np.concatenate([outward, radius * np.cos(2 * distance / radius)[..., None]], axis=-1)
 
 
-def principal_strains(reference, deformed, usable=None, window=5):
-    """E1 and E2 of every grid point, (R, C, 2)."""
+def principal_strains(reference, deformed, usable=None, window=5, noise=None):
+    """E1 and E2 of every grid point, (R, C, 2); noise: standard deviation of the positions."""
     rows, cols = reference.shape[:2]
     usable = np.ones((rows, cols), dtype=bool) if usable is None else usable
     j, i = np.meshgrid(np.arange(cols), np.arange(rows))
     picture = np.stack([j, i], axis=-1).reshape(-1, 2) * 8.0
     found = np.full((rows * cols, 2), np.nan)
     for windows in connected_windows(usable, window=window, chunk=500):
-        fit = fit_tangent(reference.reshape(-1, 3), deformed.reshape(-1, 3), picture, windows)
+        errors = None
+        if noise is not None:
+            errors = PointNoise(np.full(rows * cols, noise), np.eye(len(windows.offsets)))
+        fit = fit_tangent(
+            reference.reshape(-1, 3), deformed.reshape(-1, 3), picture, windows, errors
+        )
         metric = np.swapaxes(fit.gradient, 1, 2) @ fit.gradient
         found[windows.centres] = principal((metric - np.eye(2)) / 2)[0]
     return found.reshape(rows, cols, 2)
@@ -78,13 +84,13 @@ def test_rolling_up_a_sheet_adds_next_to_no_strain_and_converges_with_fourth_ord
     assert errors[1] / errors[2] > 12
 
 
-def dome_error(spacing: float) -> np.ndarray:
+def dome_error(spacing: float, noise: float | None = None) -> np.ndarray:
     rows, cols = (round(size / spacing) + 1 for size in (14, 18))
     flat = sheet(rows, cols, spacing)
     distance = np.hypot(flat[..., 0], flat[..., 1])
     safe = np.where(distance > 0, distance, 1)
     hoop = np.where(distance > 0, 22.5 / safe * np.sin(2 * distance / 22.5), 2.0)
-    found = principal_strains(lifted(flat), dome(flat, 22.5))
+    found = principal_strains(lifted(flat), dome(flat, 22.5), noise=noise)
     return np.abs(found - np.stack([np.full_like(hoop, 1.5), (hoop**2 - 1) / 2], axis=-1))
 
 
@@ -93,6 +99,48 @@ def test_dome_converges_with_second_order_up_to_the_rim():
     assert coarse[3:-3, 3:-3].max() < 0.006  # a quadratic alone is off by 0.035 here
     assert np.median(fine) < 1e-3
     assert coarse.max() / fine.max() > 3
+
+
+def test_where_noise_is_known_the_rim_converges_with_third_order():
+    plain, coarse, fine = dome_error(1.0), dome_error(1.0, noise=0.0), dome_error(0.5, noise=0.0)
+    rims = [np.ones(each.shape[:2], dtype=bool) for each in (coarse, fine)]
+    for rim in rims:
+        rim[2:-2, 2:-2] = False
+    assert coarse[rims[0]].max() < 0.3 * plain[rims[0]].max()
+    assert coarse[rims[0]].max() / fine[rims[1]].max() > 7
+    np.testing.assert_array_equal(coarse[~rims[0]], plain[~rims[0]])
+    np.testing.assert_array_equal(dome_error(1.0, noise=10.0), plain)
+
+
+def hole_error(step: float, noise: float | None) -> np.ndarray:
+    """Errors beside a hole of radius 4 that opens: r to r + 3 / r, as sheets do."""
+    flat = sheet(round(24 / step), round(24 / step), step)
+    distance = np.hypot(flat[..., 0], flat[..., 1])
+    usable = distance > 4
+    far = np.where(usable, distance, 4.0)
+    opened = lifted(flat * (1 + 3 / far**2)[..., None])
+    stretches = np.stack([1 + 3 / far**2, 1 - 3 / far**2], axis=-1)
+    found = principal_strains(lifted(flat), opened, usable, noise=noise)
+    near = usable & (distance < 4.7)
+    return np.abs(found - (stretches**2 - 1) / 2)[near]
+
+
+def test_strain_that_rises_towards_a_hole_is_followed_to_its_rim():
+    plain, found = hole_error(0.5, None), hole_error(0.5, 0.002)
+    assert plain.max() > 0.02
+    assert found.max() < 0.4 * plain.max()
+    assert np.median(found) < 0.3 * np.median(plain)
+
+
+def test_noise_costs_the_rim_little():
+    flat = sheet(24, 24, 0.5)
+    moved = lifted(flat) + np.random.default_rng(2).normal(scale=0.002, size=(24, 24, 3))
+    plain = principal_strains(lifted(flat), moved)
+    found = principal_strains(lifted(flat), moved, noise=0.002 * np.sqrt(2))
+    rim = np.ones((24, 24), dtype=bool)
+    rim[2:-2, 2:-2] = False
+    assert found[rim].std() < 1.15 * plain[rim].std()
+    np.testing.assert_array_equal(found[~rim], plain[~rim])
 
 
 def test_flattening_a_dome_is_as_exact_as_forming_it():
