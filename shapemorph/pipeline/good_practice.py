@@ -26,6 +26,7 @@ _CRITERIA = {
     "icgn": "zero-mean normalised sum of squared differences (ZNSSD)",
     "paper": "zero-mean normalised cross-correlation (ZNCC)",
 }
+_SPLINES = {"cubic": "bicubic", "quintic": "biquintic"}
 _SHAPES = ("0 (shift)", "1 (affine)", "2 (quadratic)")
 
 
@@ -94,16 +95,18 @@ def _analysis(
     subset, spacing = correlate["subset_size_px"], correlate["spacing_px"]
     return {
         "software": f"shapemorph {sections['versions']['shapemorph']}",
-        "image filtering": "none; both pictures are resampled from the textures",
+        "image filtering": "none but what makes both sides alike (the sharper one blurred, light "
+        "that varies over one evened out); both are resampled from the textures",
         "subset size": f"{subset} px; {_lengths(subset, scale)} mm on the reference (percentiles)",
         "step": f"{spacing} px; {_lengths(spacing, scale)} mm on the reference (percentiles)",
         "subset shape function": f"order {_SHAPES[correlate['order']]}",
         "matching criterion": _CRITERIA[config.correlate.mode],
-        "interpolant": "bicubic B-spline with exact prefilter",
+        "interpolant": f"{_SPLINES[config.correlate.interpolation]} B-spline with exact prefilter",
         "strain window": f"{strain['window_points']} x {strain['window_points']} points",
         "virtual strain gauge": f"{strain['gauge_px']:.4g} px, {strain['gauge_mm']:.4g} mm",
         "strain formulation": "Green-Lagrange on the tangent plane of the reference; quadratic fit "
-        "of the positions over the strain window",
+        "of the positions over the strain window, with cubic terms where a rim cuts it and they "
+        "say more than noise",
         "filtering of displacement and strain": "none before or after the fit over the window",
         "displacement noise floor and bias": _floor(noise, "uvw", " mm"),
         "displacement noise, predicted": f"{sections['sigma_displacement_mm']['median']:.3g} mm, "

@@ -54,6 +54,13 @@ def test_the_words_of_the_user_stand_in_the_table(sections):
     assert hardware["stand-off distance"] == "400 mm"
 
 
+@pytest.mark.parametrize(("name", "word"), [("cubic", "bicubic"), ("quintic", "biquintic")])
+def test_the_interpolant_is_the_one_in_use(sections, name, word):
+    config = RunConfig.model_validate({"correlate": {"interpolation": name}})
+    analysis = good_practice(sections, config, None)["analysis"]
+    assert analysis["interpolant"] == f"{word} B-spline with exact prefilter"
+
+
 def test_lengths_are_in_mm_where_the_scale_varies(sections):
     analysis = good_practice(sections, RunConfig(), None)["analysis"]
     assert analysis["subset size"].startswith("21 px; 1.05 / 2.1 / 4.2 mm")
