@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -50,6 +52,23 @@ def case(place, status=None, rows=11, cols=14, pitch=0.5, sigma_px=0.02):
 def stretched(flat):
     """Stretch by 3 along x and 0.5 along y."""
     return np.stack([3 * flat[..., 0], 0.5 * flat[..., 1], 0 * flat[..., 0]], axis=-1)
+
+
+def rising(flat):
+    """Stretch by 1 to some 1.8 along x, as its cube."""
+    x, y = flat[..., 0], flat[..., 1]
+    return np.stack([x + 0.02 * x**3, y, 0 * x], axis=-1)
+
+
+def test_strain_follows_to_the_rim_where_the_noise_is_known_and_small():
+    tracked, grid = case(rising)
+    noise = np.broadcast_to(1e-8 * np.eye(3), (*tracked.status.shape, 3, 3))
+    x = (tracked.reference @ TURN)[:, -1, 0]  # a rim column
+    true = ((1 + 0.06 * x**2) ** 2 - 1) / 2
+    plain = strain(tracked, grid, StrainConfig()).e1[:, -1]
+    found = strain(replace(tracked, covariance=noise), grid, StrainConfig()).e1[:, -1]
+    assert np.abs(plain - true).max() > 0.05
+    np.testing.assert_allclose(found, true, atol=1e-3)
 
 
 def test_homogeneous_stretch_has_its_principal_values_and_directions_in_both_states():
