@@ -150,9 +150,9 @@ def _spread_text(key: str, value: Mapping[str, Any]) -> str:
 
 
 def _list_text(key: str, values: Sequence[Any]) -> str:
-    """Write a short list in full, a long one with its ends; rows of a matrix apart."""
-    nested = any(isinstance(value, Sequence) and not isinstance(value, str) for value in values)
+    """Write a short list in full, a long one with its ends; rows and sentences apart."""
+    apart = any(isinstance(value, Sequence) and " " in text_of(key, value) for value in values)
     texts = [text_of(key, value) for value in values]
     if len(texts) > _LONG:
         texts = [*texts[: _LONG // 2], f"… ({len(texts)} in all) …", *texts[-2:]]
-    return ("; " if nested else ", ").join(texts) or "none"
+    return ("; " if apart else ", ").join(texts) or "none"

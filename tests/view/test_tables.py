@@ -23,6 +23,8 @@ def _texts(table):
         ("flag", True, "yes"),
         ("notes", [], "none"),
         ("sizes", [[2048, 1024], [512, 512]], "2048, 1024; 512, 512"),
+        ("notes", ["a, b: c", "d"], "a, b: c; d"),
+        ("names", ["lscm", "arap"], "lscm, arap"),
         ("E1", {"p1": 0.1, "median": 0.25, "p99": 0.5}, "median 0.25  (1 %: 0.1, 99 %: 0.5)"),
     ],
 )

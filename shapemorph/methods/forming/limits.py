@@ -46,11 +46,13 @@ def margin_noise(curve: LimitCurve, minor: Floats, noise: tuple[Floats, Floats, 
     Returns
     -------
     (N,)
+        NaN beyond the ends of the curve.
     """
     major_noise, minor_noise, sum_noise = noise
     slopes = np.diff(curve.major) / np.diff(curve.minor)
     piece = np.clip(np.searchsorted(curve.minor, minor) - 1, 0, len(slopes) - 1)
-    slope = np.where(np.isfinite(minor), slopes[piece], np.nan)
+    within = (minor >= curve.minor[0]) & (minor <= curve.minor[-1])
+    slope = np.where(within, slopes[piece], np.nan)
     covariance = (sum_noise**2 - major_noise**2 - minor_noise**2) / 2
     variance = major_noise**2 + (slope * minor_noise) ** 2 - 2 * slope * covariance
     noisy: Floats = np.sqrt(np.maximum(variance, 0))

@@ -32,6 +32,13 @@ def test_noise_of_the_margin_is_that_of_drawn_strains():
     np.testing.assert_allclose(found, scatter, rtol=0.01)
 
 
+def test_there_is_no_noise_where_there_is_no_margin():
+    minor = np.array([-0.21, -0.2, 0.0, 0.4, 0.41, np.nan])
+    noise = (np.full(6, 0.01),) * 3
+    missing = np.isnan(margin_noise(CURVE, minor, noise))
+    np.testing.assert_array_equal(missing, np.isnan(limit_margin(CURVE, minor, np.zeros(6))))
+
+
 def test_no_caveat_where_all_conditions_agree():
     assert caveats(CURVE, material="aa5083", thickness=1.4, temperature=505.0) == ()
 
