@@ -14,7 +14,7 @@ from shapemorph.methods.least_squares import fit_operators
 from shapemorph.methods.quadratic_fit import WORST_CONDITION, cubics, quadratics, width_of
 
 _FEWEST = 15  # half as many again as the ten coefficients
-_WORTH = 2.0  # times the noise of what they change: below, they cost more than they give
+_CLEARLY = 4.6  # times what noise does: one in a hundred of two independent parts reaches it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +41,7 @@ class PointNoise:
 def with_cubics(
     coordinates: Floats, inside: Bools, operators: Floats, data: Floats, noise: PointNoise
 ) -> Floats:
-    """Add cubic terms to quadratic fits as far as they are worth their noise.
+    """Add cubic terms to quadratic fits where they say clearly more than noise.
 
     Parameters
     ----------
@@ -59,10 +59,9 @@ def with_cubics(
     Returns
     -------
     (N, 6, K)
-        Operators s C + (1 - s) Q of the cubic and the quadratic fit, with s = 1 - 2 n / d
-        (not below 0): d is the squared change of the slopes between both, n what noise
-        alone makes of it. Terms that change less than twice their noise are better left
-        out (H. Akaike, IEEE Trans. Autom. Control 19 (1974), doi:10.1109/TAC.1974.1100705).
+        Operators s C + (1 - s) Q of the cubic and the quadratic fit. With d the squared
+        change of the slopes between both and n what noise alone makes of it on average,
+        s rises from 0 at d = 4.6 n to 1 at twice that.
     """
     full = _cubic_operators(coordinates, inside)
     known = np.asarray(np.isfinite(full + operators).all(axis=(1, 2)))
@@ -70,8 +69,8 @@ def with_cubics(
     moved = ((change[:, 1:3] @ data) ** 2).sum(axis=(1, 2))
     weighted = change[:, 1:3] * np.nan_to_num(noise.sigma)[:, None]
     chance = ((weighted @ noise.correlation) * weighted).sum(axis=(1, 2))
-    worth = 1 - _WORTH * chance / np.where(moved > 0, moved, 1.0)
-    share = np.where(moved > 0, np.clip(worth, 0.0, 1.0), 0.0)
+    clear = moved / np.maximum(_CLEARLY * chance, np.finfo(float).tiny)
+    share = np.clip(clear - 1, 0.0, 1.0)
     mixed: Floats = operators + share[:, None, None] * change
     return mixed
 
