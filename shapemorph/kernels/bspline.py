@@ -70,8 +70,8 @@ def sample(coefficients: Floats, points: Floats) -> Floats:
     return values
 
 
-@njit(cache=True, parallel=True)
-def sample_vectors(coefficients: Floats, points: Floats) -> tuple[Floats, Floats]:
+@njit(cache=True, nogil=True)
+def fill_vectors(coefficients: Floats, points: Floats, values: Floats, gradients: Floats) -> None:
     """Evaluate a vector-valued spline and its derivatives at scattered points.
 
     Parameters
@@ -80,20 +80,17 @@ def sample_vectors(coefficients: Floats, points: Floats) -> tuple[Floats, Floats
         Control grid.
     points : (N, 2)
         Positions (x, y) in units of the grid.
-
-    Returns
-    -------
     values : (N, D)
-        NaN where the 4 x 4 support leaves the grid.
+        Filled; NaN where the 4 x 4 support leaves the grid.
     gradients : (N, D, 2)
-        Derivatives with respect to x and y in units of the grid; NaN likewise.
+        Filled with the derivatives with respect to x and y in units of the grid; NaN likewise.
     """
     height, width, depth = coefficients.shape
-    values = np.full((points.shape[0], depth), np.nan)
-    gradients = np.full((points.shape[0], depth, 2), np.nan)
-    for k in prange(points.shape[0]):
+    for k in range(points.shape[0]):
         x, y = points[k, 0], points[k, 1]
         if not (1.0 <= x <= width - 2.0 and 1.0 <= y <= height - 2.0):
+            for d in range(depth):
+                values[k, d], gradients[k, d, 0], gradients[k, d, 1] = np.nan, np.nan, np.nan
             continue
         col, row = min(int(x), width - 3), min(int(y), height - 3)
         wx, wy = cubic_weights(x - col), cubic_weights(y - row)
@@ -109,4 +106,3 @@ def sample_vectors(coefficients: Floats, points: Floats) -> tuple[Floats, Floats
             values[k, d] = value
             gradients[k, d, 0] = along_x
             gradients[k, d, 1] = along_y
-    return values, gradients

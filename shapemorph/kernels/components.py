@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Ints
+from shapemorph.kernels.inner import inner
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -25,7 +26,7 @@ def join(parent: Ints, one: int, other: int) -> None:
         parent[one] = other
 
 
-@njit(cache=True, nogil=True)
+@inner(nogil=True)
 def number_roots(parent: Ints) -> tuple[int, Ints]:
     """Give the trees of a forest numbers in the order in which they first appear.
 

@@ -312,7 +312,7 @@ def match_subsets(
         lane_x[i] = np.float32(i - radius)
     weights = np.zeros((width, lanes), dtype=np.float32)
     system = np.zeros((37, 15))
-    full = False
+    full = width < 0  # of no kind that is compiled for itself, as False would be
     for k in range(points.shape[0]):
         outcome[k], zncc[k], iterations[k], full = _match_one(
             reference, inside, counts, coefficients, wide, other_inside, other_counts,

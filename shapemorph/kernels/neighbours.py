@@ -4,9 +4,10 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.kernels.inner import inner
 
 
-@njit(cache=True)
+@inner()
 def _median(values, count) -> float:  # type: ignore[no-untyped-def]
     """Median of the first `count` values, which are sorted in place."""
     for i in range(1, count):

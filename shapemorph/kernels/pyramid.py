@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from shapemorph.core.arrays import Floats, Greys
+from shapemorph.kernels.inner import inner
 
 NEGLIGIBLE = 1e-8  # share of a sample below which it has no say: the precision of float32
 LANES = 16
@@ -22,7 +23,7 @@ def index_inside(index: int, count: int, repeats: int) -> int:
     return index if index < count else 2 * count - 2 - index
 
 
-@njit(cache=True)
+@inner()
 def _filter_lanes(lines: Greys, root: float, reach: int, repeats: int) -> None:
     """Filter lines there and back with one pole in place, along the first axis."""
     count, lanes = lines.shape
@@ -49,7 +50,7 @@ def _filter_lanes(lines: Greys, root: float, reach: int, repeats: int) -> None:
             lines[i, lane] = pole * (lines[i + 1, lane] - lines[i, lane])
 
 
-@njit(cache=True)
+@inner()
 def _filter_block(
     texels: Greys,
     start: int,

@@ -1,27 +1,26 @@
 """Small dense systems and the algebra of subset warps, on float64 scalars."""
 
 import numpy as np
-from numba import njit
 
 from shapemorph.core.arrays import Floats
 from shapemorph.kernels.inner import inner
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def copy(source: Floats, target: Floats) -> None:
     """Copy all of `target` from `source`; compiles faster than an assignment of slices."""
     for k in range(target.shape[0]):
         target[k] = source[k]
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def clear(target: Floats) -> None:
     """Set all of a vector to zero."""
     for k in range(target.shape[0]):
         target[k] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def factor(matrix: Floats, count: int, damping: float, lower: Floats) -> bool:
     """Cholesky factor of a symmetric matrix with its diagonal raised.
 
@@ -57,7 +56,7 @@ def factor(matrix: Floats, count: int, damping: float, lower: Floats) -> bool:
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def solve(lower: Floats, right: Floats, count: int, solution: Floats) -> None:
     """Solve with the factor of :func:`factor`; `solution` (K,) is filled."""
     for i in range(count):
@@ -115,7 +114,7 @@ def _inverse(step, second_order):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def compose_with_inverse(warp: Floats, step: Floats, second_order: bool, result: Floats) -> None:
     """Replace a warp W by W o (identity + step)^-1.
 

@@ -5,7 +5,6 @@ come in once at the end.
 """
 
 import numpy as np
-from numba import njit
 
 from shapemorph.core.arrays import Floats
 from shapemorph.kernels.inner import inner
@@ -26,7 +25,7 @@ _PRODUCT = np.array(
 )
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@inner(fastmath=VECTOR_FLAGS)
 def mean_grey(reference, weights, row, col, count):  # type: ignore[no-untyped-def]
     """Mean of the reference grey over the pixels of a subset that count."""
     width, lanes = weights.shape
@@ -129,15 +128,15 @@ def _add_higher(columns, higher, xs, out):  # type: ignore[no-untyped-def]
 
 
 @inner(forceinline=True)
-def _add_sums(columns, xs, second, first, out):  # type: ignore[no-untyped-def]
-    """Add columns, times powers of x, to the moments of 1, x, y, x^2, x y, y^2 from `first` on."""
-    out[first] += total(columns[0])
-    out[first + 1] += total(columns[0] * xs)
-    out[first + 2] += total(columns[1])
+def _add_sums(columns, xs, second, out):  # type: ignore[no-untyped-def]
+    """Add columns, times powers of x, to the moments of 1, x, y, x^2, x y, y^2."""
+    out[0] += total(columns[0])
+    out[1] += total(columns[0] * xs)
+    out[2] += total(columns[1])
     if second is not None:
-        out[first + 3] += total(columns[0] * xs * xs)
-        out[first + 4] += total(columns[1] * xs)
-        out[first + 5] += total(columns[2])
+        out[3] += total(columns[0] * xs * xs)
+        out[4] += total(columns[1] * xs)
+        out[5] += total(columns[2])
 
 
 @inner(forceinline=True)
@@ -147,7 +146,7 @@ def _add_grey(columns, out):  # type: ignore[no-untyped-def]
     out[1] += total(columns[1])
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@inner(fastmath=VECTOR_FLAGS)
 def reference_moments(  # type: ignore[no-untyped-def]
     reference, weights, lane_x, row, col, mean, second, products, total, along
 ):  # fmt: skip
@@ -196,13 +195,13 @@ def reference_moments(  # type: ignore[no-untyped-def]
             reference, at, weights, lanes, first, radius, mean
         )
         _add_grey(grey, along)
-        _add_sums(slope_x, xs, second, 3, total)
-        _add_sums(slope_y, xs, second, 9, total)
-        _add_sums(grey_x, xs, second, 3, along)
-        _add_sums(grey_y, xs, second, 9, along)
+        _add_sums(slope_x, xs, second, total[3:9])
+        _add_sums(slope_y, xs, second, total[9:15])
+        _add_sums(grey_x, xs, second, along[3:9])
+        _add_sums(grey_y, xs, second, along[9:15])
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def fill_hessian(  # type: ignore[no-untyped-def]
     products: Floats, total: Floats, along: Floats, count, energy, terms, hessian
 ) -> None:

@@ -77,9 +77,9 @@ def fit_light(  # type: ignore[no-untyped-def]
             fy, gy, one = fused(found, ys, fy), fused(known, ys, gy), one * ys
             ny, nyy = ny + one, fused(one, ys, nyy)
         _add_columns((n, ny, nyy, f, fy, ff), (g, gy, fg), xs, right, matrix)
-    if not factor(matrix, 4, 0.0, lower):
+    if not factor(matrix, len(right), 0.0, lower):
         return 0.0
-    solve(lower, right, 4, solution)
+    solve(lower, right, len(right), solution)
     return float(matrix[0, 0])
 
 

@@ -14,7 +14,6 @@ supports of 6 x 6 and reads 36 and 49 places.
 """
 
 import numpy as np
-from numba import njit
 
 from shapemorph.kernels.inner import inner
 from shapemorph.kernels.subset_taps import grey_gathered, grey_in_step, grey_with_jump, scale_of
@@ -95,7 +94,7 @@ def _add(sums, grey, y, reference, at, second):  # type: ignore[no-untyped-def]
     return s0, s1, s2, s3, s4, s5, s6, s7, s8
 
 
-@njit(cache=True, fastmath=VECTOR_FLAGS, error_model="numpy")
+@inner(fastmath=VECTOR_FLAGS)
 def warped_moments(  # type: ignore[no-untyped-def]
     c, wide, x, y, warp, radius, second, reference, weights, lane_x, mean, moments
 ):  # fmt: skip

@@ -2,7 +2,7 @@
 
 from shapemorph.core.arrays import Floats
 from shapemorph.core.matching import Warp
-from shapemorph.kernels.bspline import sample_vectors
+from shapemorph.methods.spline_sampling import sample_vectors
 
 
 def warp_points(warp: Warp, points: Floats) -> tuple[Floats, Floats]:

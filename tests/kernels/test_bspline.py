@@ -11,8 +11,8 @@ from shapemorph.kernels.bspline import (
     cubic_weights,
     quintic_weights,
     sample,
-    sample_vectors,
 )
+from shapemorph.methods.spline_sampling import sample_vectors
 
 
 def test_sample_agrees_with_scipy():

@@ -2,9 +2,26 @@
 
 import numpy as np
 import pytest
+from numba import njit
 from numpy.testing import assert_allclose
 
-from shapemorph.kernels.small_linear import compose_with_inverse, factor, solve
+from shapemorph.kernels import small_linear
+
+
+@njit
+def factor(matrix, count, damping, lower):
+    return small_linear.factor(matrix, count, damping, lower)
+
+
+@njit
+def solve(lower, right, count, solution):
+    small_linear.solve(lower, right, count, solution)
+
+
+@njit
+def compose_with_inverse(warp, step, second_order, result):
+    small_linear.compose_with_inverse(warp, step, second_order, result)
+
 
 IDENTITY = np.array([0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0], dtype=float)
 

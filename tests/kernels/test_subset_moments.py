@@ -2,13 +2,30 @@
 
 import numpy as np
 import pytest
+from numba import njit
 from numpy.testing import assert_allclose
 from scipy.ndimage import map_coordinates
 
-from shapemorph.kernels.subset_hessian import fill_hessian, reference_moments
-from shapemorph.kernels.subset_rows import warped_moments
+from shapemorph.kernels import subset_hessian, subset_rows
 
 RADIUS, WIDTH = 6, 32
+
+
+@njit
+def warped_moments(*arguments):
+    subset_rows.warped_moments(*arguments)
+
+
+@njit
+def reference_moments(*arguments):
+    subset_hessian.reference_moments(*arguments)
+
+
+@njit
+def fill_hessian(*arguments):
+    subset_hessian.fill_hessian(*arguments)
+
+
 X, Y = 40, 31
 LANE_X = (np.arange(WIDTH) - RADIUS).astype(np.float32)
 

@@ -3,8 +3,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from shapemorph.kernels.bspline import sample_vectors
 from shapemorph.kernels.zncc import resample_through, search
+from shapemorph.methods.spline_sampling import sample_vectors
 
 RNG = np.random.default_rng(0)
 PICTURE = (10 * gaussian_filter(RNG.normal(size=(90, 120)), 2.0)).astype(np.float32)

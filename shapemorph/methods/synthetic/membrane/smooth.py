@@ -5,7 +5,7 @@ import numpy as np
 from shapemorph.core.arrays import Floats
 from shapemorph.core.spline_map import SplineMap
 from shapemorph.kernels import spline_fit
-from shapemorph.kernels.bspline import sample_vectors
+from shapemorph.methods.spline_sampling import sample_vectors
 
 SMOOTHING = 1e-6  # of the bending of the coefficients, per node: it rules beyond the rim only
 
