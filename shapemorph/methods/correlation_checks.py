@@ -1,5 +1,6 @@
 """Check converged points against what their neighbours say."""
 
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -52,9 +53,41 @@ def neighbour_guesses(
     return found, slope, np.isfinite(spread)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstLook:
+    """What a first look at a grid found: points far from any change need no second one.
+
+    Attributes
+    ----------
+    position : (R, C, 2)
+    gradient : (R, C, 2, 2)
+    candidate : (R, C) bool
+        Points that were judged, and spoke.
+    doubted : (R, C) bool
+        Those that contradict their neighbours where all of them speak.
+    """
+
+    position: Floats
+    gradient: Floats
+    candidate: Bools
+    doubted: Bools
+
+    def changed(self, position: Floats, gradient: Floats, candidate: Bools) -> Bools:
+        """Points (R, C) that are not what they were, or no longer speak, or speak now."""
+        moved = (position != self.position).any(axis=-1)
+        moved |= (gradient != self.gradient).any(axis=(-1, -2))
+        return np.asarray((moved & candidate) | (candidate != self.candidate))
+
+
 def find_outliers(
-    position: Floats, gradient: Floats, status: Codes, *, spacing: int, floor: float
-) -> Bools:
+    position: Floats,
+    gradient: Floats,
+    status: Codes,
+    *,
+    spacing: int,
+    floor: float,
+    before: FirstLook | None = None,
+) -> tuple[Bools, FirstLook]:
     """Find points that contradict their neighbours.
 
     The neighbours' affine maps, continued to the point, say where it should be. It may be
@@ -73,29 +106,39 @@ def find_outliers(
         Of the grid, px.
     floor : float
         Deviation that is always allowed, px.
+    before : FirstLook or None
+        At the same grid, with the same `spacing` and `floor`, when some points were otherwise.
 
     Returns
     -------
-    (R, C) bool
+    outlier : (R, C) bool
+    FirstLook
+        For a next time.
     """
     candidate = status == PointStatus.OK
+    at = np.nonzero(candidate)
     queries = np.argwhere(candidate)
     outlier = np.zeros_like(candidate)
     doubted, stale = np.zeros(len(queries), dtype=bool), np.ones(len(queries), dtype=bool)
+    if before is not None:
+        doubted = before.doubted[at]
+        stale = _near(before.changed(position, gradient, candidate))[at]
+    looks = []
     for _ in range(ROUNDS):
-        before = outlier
+        last = outlier
         deviation, allowed = _deviations(
-            position, gradient, candidate & ~before, queries[stale], spacing=spacing, floor=floor
+            position, gradient, candidate & ~last, queries[stale], spacing=spacing, floor=floor
         )
         doubted[stale] = deviation > allowed
         outlier = np.zeros_like(candidate)
         outlier[tuple(queries[doubted].T)] = True
-        stale = _near(outlier != before)[tuple(queries.T)]
+        looks.append(outlier)
+        stale = _near(outlier != last)[at]
         if not stale.any():
             break
     status = np.where(outlier, np.uint8(PointStatus.OUTLIER), status)
     islands = _islands(position, gradient, status, spacing=spacing, floor=floor)
-    return np.asarray(outlier | islands)
+    return outlier | islands, FirstLook(position, gradient, candidate, looks[0])
 
 
 def _near(changed: Bools) -> Bools:

@@ -6,7 +6,7 @@ import numpy as np
 
 from shapemorph.core.arrays import Bools, Codes, Floats, Ints
 from shapemorph.core.status import PointStatus
-from shapemorph.methods.correlation_checks import find_outliers, neighbour_guesses
+from shapemorph.methods.correlation_checks import FirstLook, find_outliers, neighbour_guesses
 from shapemorph.methods.spline_pictures import DeformedPicture, ReferencePicture
 from shapemorph.methods.subset_dic import (
     PointGrid,
@@ -39,6 +39,8 @@ class GridMatches:
     status : (R, C) uint8
     seconds : float
         In the kernel.
+    look : FirstLook or None
+        From when the points were last judged.
     """
 
     position: Floats
@@ -48,6 +50,7 @@ class GridMatches:
     iterations: Ints
     status: Codes
     seconds: float
+    look: FirstLook | None = None
 
     @property
     def ok(self) -> Bools:
@@ -148,14 +151,21 @@ def merged_matches(grid: GridMatches, matches: SubsetMatches, chosen: Ints) -> G
     status[place] = matches.status
     iterations[place] += matches.iterations
     seconds = grid.seconds + matches.seconds
-    return GridMatches(position, gradient, warps, zncc, iterations, status, seconds)
+    return GridMatches(position, gradient, warps, zncc, iterations, status, seconds, grid.look)
 
 
 def judged_matches(found: GridMatches, spacing: int, limits: Limits) -> GridMatches:
     """Check what converged against the ZNCC limit and its neighbours."""
     again = np.where(found.status == PointStatus.OUTLIER, np.uint8(PointStatus.OK), found.status)
     status = judge_zncc(again, found.zncc, min_zncc=limits.min_zncc)
-    outlier = find_outliers(
-        found.position, found.gradient, status, spacing=spacing, floor=limits.outlier_floor
+    outlier, look = find_outliers(
+        found.position,
+        found.gradient,
+        status,
+        spacing=spacing,
+        floor=limits.outlier_floor,
+        before=found.look,
     )
-    return replace(found, status=np.where(outlier, np.uint8(PointStatus.OUTLIER), status))
+    return replace(
+        found, status=np.where(outlier, np.uint8(PointStatus.OUTLIER), status), look=look
+    )

@@ -29,7 +29,7 @@ def _field(function, noise=0.01, seed=0):
 
 def _outliers(position, gradient, status=None):
     status = np.zeros((ROWS, COLS), dtype=np.uint8) if status is None else status
-    return find_outliers(position, gradient, status, spacing=SPACING, floor=FLOOR)
+    return find_outliers(position, gradient, status, spacing=SPACING, floor=FLOOR)[0]
 
 
 def _smooth(points):
@@ -134,3 +134,23 @@ def test_a_handful_of_points_may_be_all_there_is():
     status = np.full((ROWS, COLS), PointStatus.OUTSIDE_MASK, dtype=np.uint8)
     status[4:6, 7:9] = PointStatus.OK
     assert not _outliers(position, gradient, status).any()
+
+
+def test_a_second_look_says_what_a_fresh_one_says():
+    rng = np.random.default_rng(5)
+    position, gradient = _field(_kinked)
+    status = np.zeros((ROWS, COLS), dtype=np.uint8)
+    look = None
+    for turn in range(12):
+        row, col = rng.integers(0, ROWS, 9), rng.integers(0, COLS, 9)
+        position, gradient, status = position.copy(), gradient.copy(), status.copy()
+        position[row[:5], col[:5]] += rng.normal(0, 0.5, (5, 2))
+        gradient[row[3:6], col[3:6]] += rng.normal(0, 0.1, (3, 2, 2))
+        status[row[5:7], col[5:7]] = PointStatus.NOT_CONVERGED
+        status[row[7:], col[7:]] = PointStatus.OK
+        fresh, _ = find_outliers(position, gradient, status, spacing=SPACING, floor=FLOOR)
+        found, look = find_outliers(
+            position, gradient, status, spacing=SPACING, floor=FLOOR, before=look
+        )
+        assert_array_equal(found, fresh)
+        assert turn == 0 or fresh.any()
