@@ -220,7 +220,7 @@ def _match_one(  # type: ignore[no-untyped-def]
                 last_long = iteration
                 for a in range(12):
                     step[a] *= to_come
-        compose_with_inverse(warp, step, order == 2, trial)
+        compose_with_inverse(warp, step, second, trial)
         copy(trial, warp)
         drift_x, drift_y = warp[0] - start_x, warp[6] - start_y
         if not drift_x * drift_x + drift_y * drift_y <= max_drift * max_drift:

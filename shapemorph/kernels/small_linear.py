@@ -72,12 +72,12 @@ def solve(lower: Floats, right: Floats, count: int, solution: Floats) -> None:
 
 
 @inner()
-def _product(a, b, second_order):  # type: ignore[no-untyped-def]
+def _product(a, b, second):  # type: ignore[no-untyped-def]
     """Product of two polynomials in 1, x, y, x^2, x y, y^2, cut after the second degree."""
     constant = a[0] * b[0]
     along_x = a[0] * b[1] + a[1] * b[0]
     along_y = a[0] * b[2] + a[2] * b[0]
-    if not second_order:
+    if second is None:
         return constant, along_x, along_y, 0.0, 0.0, 0.0
     xx = a[0] * b[3] + a[1] * b[1] + a[3] * b[0]
     xy = a[0] * b[4] + a[1] * b[2] + a[2] * b[1] + a[4] * b[0]
@@ -86,7 +86,7 @@ def _product(a, b, second_order):  # type: ignore[no-untyped-def]
 
 
 @inner()
-def _inverse(step, second_order):  # type: ignore[no-untyped-def]
+def _inverse(step, second):  # type: ignore[no-untyped-def]
     """Inverse of the small warp x + step(x), to second degree; both of its components."""
     a, b, c, d = 1.0 + step[1], step[2], step[7], 1.0 + step[8]
     det = a * d - b * c
@@ -94,11 +94,11 @@ def _inverse(step, second_order):  # type: ignore[no-untyped-def]
     zero = 0.0
     x = (-(ia * step[0] + ib * step[6]), ia, ib, zero, zero, zero)
     y = (-(ic * step[0] + id_ * step[6]), ic, id_, zero, zero, zero)
-    if not second_order:
+    if second is None:
         return x, y
-    xx = _product(x, x, True)
-    xy = _product(x, y, True)
-    yy = _product(y, y, True)
+    xx = _product(x, x, second)
+    xy = _product(x, y, second)
+    yy = _product(y, y, second)
     bent_x = np.empty(6)
     bent_y = np.empty(6)
     for k in range(6):
@@ -115,7 +115,7 @@ def _inverse(step, second_order):  # type: ignore[no-untyped-def]
 
 
 @inner()
-def compose_with_inverse(warp: Floats, step: Floats, second_order: bool, result: Floats) -> None:
+def compose_with_inverse(warp: Floats, step: Floats, second: int | None, result: Floats) -> None:
     """Replace a warp W by W o (identity + step)^-1.
 
     Exact for affine warps; of second-order warps the terms above the second degree are
@@ -127,14 +127,13 @@ def compose_with_inverse(warp: Floats, step: Floats, second_order: bool, result:
         x then y as coefficients of 1, x, y, x^2, x y, y^2, the identity included.
     step : (12,)
         The same without the identity.
-    second_order : bool
-        False where all second-degree terms are zero.
+    second : None or int
+        None where all second-degree terms are zero: then they are not even compiled.
     """
-    x, y = _inverse(step, second_order)
-    if second_order:
-        xx, xy, yy = _product(x, x, True), _product(x, y, True), _product(y, y, True)
-    else:
-        xx = xy = yy = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    x, y = _inverse(step, second)
+    xx = xy = yy = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if second is not None:
+        xx, xy, yy = _product(x, x, second), _product(x, y, second), _product(y, y, second)
     for half in (0, 6):
         for k in range(6):
             total = (

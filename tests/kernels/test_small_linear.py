@@ -19,8 +19,8 @@ def solve(lower, right, count, solution):
 
 
 @njit
-def compose_with_inverse(warp, step, second_order, result):
-    small_linear.compose_with_inverse(warp, step, second_order, result)
+def compose_with_inverse(warp, step, second, result):
+    small_linear.compose_with_inverse(warp, step, second, result)
 
 
 IDENTITY = np.array([0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0], dtype=float)
@@ -63,7 +63,7 @@ def test_affine_composition_undoes_the_step_exactly():
     warp, step, result = IDENTITY.copy(), np.zeros(12), np.zeros(12)
     warp[[0, 1, 2, 6, 7, 8]] += rng.normal(0, 0.4, 6)
     step[[0, 1, 2, 6, 7, 8]] = rng.normal(0, 0.2, 6)
-    compose_with_inverse(warp, step, False, result)
+    compose_with_inverse(warp, step, None, result)
     x, y = rng.normal(0, 5, (2, 30))
     assert_allclose(_apply(result, *_apply(IDENTITY + step, x, y)), _apply(warp, x, y), atol=1e-11)
 
@@ -74,7 +74,7 @@ def test_second_order_composition_lacks_only_terms_of_third_degree(seed):
     curve, result = np.zeros(12), np.zeros(12)
     curve[[3, 4, 5, 9, 10, 11]] = rng.normal(0, 0.05, 6)
     step = rng.normal(0, 1e-3, 12)
-    compose_with_inverse(IDENTITY + curve, step, True, result)
+    compose_with_inverse(IDENTITY + curve, step, 1, result)
     x, y = rng.normal(0, 1, (2, 50))
     errors = []
     for reach in (1.0, 0.5):
