@@ -14,10 +14,10 @@ from shapemorph.kernels.facets import affine_maps
 from shapemorph.kernels.pyramid import reduce_by_two
 from shapemorph.kernels.raster import Triangles
 from shapemorph.kernels.texel_samples import SAMPLES, SHARPEST
+from shapemorph.methods.chart_index import ChartIndex, index_chart
 from shapemorph.methods.distortion import weighted_quantile
 from shapemorph.methods.even_places import NOWHERE, even_slopes
 from shapemorph.methods.spline_coefficients import to_coefficients
-from shapemorph.methods.surface_lookup import ChartIndex, index_chart
 
 LEVELS = 8
 UNHINTED = np.zeros(0, dtype=np.int64)

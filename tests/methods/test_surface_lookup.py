@@ -3,12 +3,12 @@ import pytest
 
 from shapemorph.core.mesh import textured_mesh
 from shapemorph.methods.calibrating import calibrate
+from shapemorph.methods.chart_index import index_chart
 from shapemorph.methods.charting import chart_at_scale
 from shapemorph.methods.parametrize.boundary_first import parametrise_boundary_first
 from shapemorph.methods.parametrize.disk import cut_piece
 from shapemorph.methods.surface_lookup import (
     grey_at,
-    index_chart,
     locate,
     pixel_positions,
     positions,
