@@ -19,10 +19,8 @@ from platformdirs import user_cache_dir
 
 from shapemorph.kernels.cache_files import guard_cache
 from shapemorph.kernels.late_blas import load_array_functions
-from shapemorph.kernels.quick_flags import quicken_flags
 
 load_array_functions()
-quicken_flags()
 guard_cache()
 _here = Path(__file__).parent
 _read = [*sorted(_here.glob("*.py")), _here.parent / "core" / "status.py"]

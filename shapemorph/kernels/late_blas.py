@@ -11,8 +11,10 @@ from numba.np import linalg
 
 
 def load_array_functions() -> None:
-    """Load numba's array functions without asking for BLAS."""
-    ask = linalg.ensure_blas
+    """Load numba's array functions without asking for BLAS, where that is how numba asks."""
+    ask = getattr(linalg, "ensure_blas", None)
+    if ask is None:
+        return
     linalg.ensure_blas = lambda: None
     try:
         import_module("numba.np.arraymath")

@@ -46,7 +46,7 @@ def tree(tmp_path):
         shutil.copy(source / name, copy / name)
     kernels = copy / "kernels"
     kernels.mkdir()
-    for name in ("__init__.py", "cache_files.py", "inner.py", "late_blas.py", "quick_flags.py"):
+    for name in ("__init__.py", "cache_files.py", "inner.py", "late_blas.py"):
         shutil.copy(source / "kernels" / name, kernels / name)
     (kernels / "probe_inner.py").write_text(INNER)
     (kernels / "probe.py").write_text(OUTER)
