@@ -56,8 +56,11 @@ def lift(
         If no point has a place on both surfaces.
     """
     reach = max(config.max_extrapolation_px, _ROUNDING_PX)
-    before = _placed(reference, grid.reference_px.reshape(-1, 2), reach)
-    after = _placed(deformed, grid.deformed_px.reshape(-1, 2), config.max_extrapolation_px)
+    sides = (
+        (reference, grid.reference_px.reshape(-1, 2), reach),
+        (deformed, grid.deformed_px.reshape(-1, 2), config.max_extrapolation_px),
+    )
+    before, after = run_at_once(lambda side: _placed(*side), sides)
     status = _fates(grid, before, after)
     if not (status == PointStatus.OK).any():
         raise StageError(

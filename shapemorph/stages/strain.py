@@ -24,8 +24,9 @@ from shapemorph.methods.principal import principal
 from shapemorph.methods.rim_cubics import PointNoise
 from shapemorph.methods.strain_noise import joined, noise_parts
 from shapemorph.methods.tangent_fit import TangentFit, fit_tangent
+from shapemorph.methods.threads import run_at_once
 
-_CHUNK_POINTS = 400_000  # window points fitted at a time: bounds memory to some 200 MB
+_CHUNK_POINTS = 200_000  # window points fitted at a time by a thread: bounds memory to some 100 MB
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,8 +73,8 @@ def strain(tracked: TrackedSurface, grid: CorrelationGrid, config: StrainConfig)
     points = _nothing(usable.size)
     skin = _skin(tracked, grid, config)
     chunk = max(1, _CHUNK_POINTS // config.window**2)
-    for windows in connected_windows(usable, window=config.window, chunk=chunk):
-        _measure(points, windows, tracked, grid, skin, config.window)
+    parts = list(connected_windows(usable, window=config.window, chunk=chunk))
+    run_at_once(lambda part: _measure(points, part, tracked, grid, skin, config.window), parts)
     if not np.isfinite(points.values).any():
         raise StageError(
             f"expected at least one point with enough neighbours for a strain window of "
