@@ -28,9 +28,9 @@ def seen_at(grey, places):
     return GreyImage(shown.astype(np.float32), inside)
 
 
-def alike(slope, light):
+def alike(slope, light, painted=1.0):
     """Make a speckle and what became of it alike, and say what was done to the second."""
-    pattern, pixels = speckle(), np.stack([X, Y], axis=-1)
+    pattern, pixels = painted * speckle(), np.stack([X, Y], axis=-1)
     deformed = seen_at(pattern, pixels @ np.linalg.inv(slope).T)
     deformed = GreyImage((light * deformed.grey).astype(np.float32), deformed.mask)
 
@@ -47,7 +47,8 @@ def alike(slope, light):
 
 
 def test_a_stretch_between_originals_is_not_taken_for_light():
-    before, after = alike(STRETCHED, np.ones(SHAPE))
+    spot = 0.6 + 0.6 * np.exp(-((X - 90) ** 2 + (Y - 140) ** 2) / 60**2)  # it moves along
+    before, after = alike(STRETCHED, np.ones(SHAPE), painted=spot)
     assert after is before
 
 
