@@ -4,16 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from shapemorph.view.colour_bar import draw_colour_bar
 from shapemorph.view.render import Picture
 from shapemorph.view.style import (
     DPI,
     FAINT,
     SMALL,
     ColourScale,
-    draw_colour_bar,
     draw_scale_bar,
     new_figure,
-    place_axes,
     place_pixels,
     write_text,
 )
@@ -90,7 +89,7 @@ def views_figure(
         left += picture.width + GAP
     if scale is not None:
         tall = min(height, BAR_HEIGHT)
-        bar = place_axes(figure, left - GAP + 24, HEAD + (height - tall) / 2, BAR, tall)
+        bar = (left - GAP + 24.0, HEAD + (height - tall) / 2, BAR, tall)
         draw_colour_bar(figure, bar, scale, label)
     return figure
 
@@ -100,6 +99,6 @@ def _place_view(
 ) -> None:
     """Draw one picture, standing on the floor of its row, with scale bar and caption."""
     tall, wide = picture.height, picture.width
-    place_pixels(figure, left, top + height - tall, picture.pixels, picture.pixel_ratio)
+    place_pixels(figure, left, top + height - tall, lambda _: picture.pixels)
     draw_scale_bar(figure, left, top + height + 14, picture.mm_per_px, wide)
     write_text(figure, left + 0.35 * wide, top + height + 18, caption, size=SMALL, colour=FAINT)

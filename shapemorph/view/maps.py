@@ -11,7 +11,9 @@ from shapemorph.core.flattened import FlattenedPair, FlattenedSurface
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.image import GreyImage
 from shapemorph.core.status import PointStatus, count_statuses
+from shapemorph.view.colour_bar import draw_colour_bar
 from shapemorph.view.layout import BAR, EDGE, HEAD, Heading, write_heading
+from shapemorph.view.rulers import Box, Ruler, Side
 from shapemorph.view.style import (
     FAINT,
     SMALL,
@@ -19,7 +21,6 @@ from shapemorph.view.style import (
     STATUS_WORDS,
     ColourScale,
     colour_scale,
-    draw_colour_bar,
     new_figure,
     place_axes,
     place_patch,
@@ -39,11 +40,8 @@ LONG = 2.0
 """Width over height of pictures that are shown below each other."""
 LEAST_DISTORTION = 0.1
 """Colours of a distortion reach at least that far from none: less is not worth a look."""
-AXIS_ROOM = 46
-"""Room for the numbers at the axes, px."""
-
-Box = tuple[float, float, float, float]
-"""Left, top, width and height, px of the figure."""
+AXIS_ROOM, STEPS = 46, 5
+"""Room for the numbers at the axes, px; steps between them, at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,11 +100,12 @@ def _map_axes(figure: "Figure", box: Box, title: str, shape: tuple[int, int]) ->
     """Axes over a whole picture, px, with its title."""
     write_text(figure, box[0], box[1] - 28, title, bold=True, size=SMALL)
     axes = place_axes(figure, *box)
+    axes.set_axis_off()
     axes.set_xlim(-0.5, shape[1] - 0.5)
     axes.set_ylim(shape[0] - 0.5, -0.5)
-    axes.locator_params(nbins=5)
-    axes.tick_params(labelsize=SMALL * 0.8, colors=FAINT)
-    axes.spines[:].set_visible(False)
+    sides: tuple[tuple[Side, int], ...] = (("below", shape[1]), ("left", shape[0]))
+    for side, length in sides:
+        Ruler(side, -0.5, length - 0.5, STEPS, SMALL * 0.8, FAINT).draw(figure, box)
     corner = (box[0] - 30, box[1] + box[3] + 6)
     write_text(figure, *corner, "px", size=SMALL * 0.8, colour=FAINT)
     return axes
@@ -138,7 +137,7 @@ def _draw_map(figure: "Figure", axes: "Axes", box: Box, panel: Panel) -> None:
         interpolation="nearest",
         aspect="auto",
     )
-    bar = place_axes(figure, box[0] + box[2] + 14, box[1], BAR * 0.7, box[3])
+    bar = (box[0] + box[2] + 14, box[1], BAR * 0.7, box[3])
     draw_colour_bar(figure, bar, scale, panel.label)
 
 

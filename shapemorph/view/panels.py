@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from shapemorph.core.arrays import Floats, Greys
+from shapemorph.view.colour_bar import draw_colour_bar
 from shapemorph.view.layout import BAR, EDGE, HEAD, Heading, write_heading
 from shapemorph.view.style import (
     FAINT,
     SMALL,
     ColourScale,
     colour_scale,
-    draw_colour_bar,
     new_figure,
     place_axes,
     reduced,
@@ -70,5 +70,4 @@ def draw_points(figure: "Figure", axes: "Axes", at: Floats, values: Floats, unit
     box = axes.get_position()
     across, down = figure.get_size_inches() * figure.dpi
     left, top = box.x1 * across + 14, (1 - box.y1) * down
-    bar = place_axes(figure, left, top, BAR * 0.7, box.height * down)
-    draw_colour_bar(figure, bar, scale, unit)
+    draw_colour_bar(figure, (left, top, BAR * 0.7, box.height * down), scale, unit)

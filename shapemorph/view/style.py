@@ -1,7 +1,8 @@
 """How pictures look: colours that everybody can tell apart, type, scale bars."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
+
+    from shapemorph.view.window import Pixels
 
 DPI = 100
 INK = "#1d2430"
@@ -155,29 +158,20 @@ def place_axes(figure: "Figure", left: float, top: float, width: float, height: 
 
 
 def place_pixels(
-    figure: "Figure",
-    left: int,
-    top: int,
-    pixels: np.ndarray[tuple[int, int, int], Any],
-    ratio: int,
+    figure: "Figure", left: int, top: int, pixels_at: Callable[[int], "Pixels"]
 ) -> None:
-    """Put a picture (H, W, 3) into a figure, px of the layout from its upper left corner.
+    """Put a picture into a figure, px of the layout from its upper left corner.
 
-    Each pixel of it becomes one of the file, which has `ratio` for one of the layout.
+    Parameters
+    ----------
+    left, top : int
+    pixels_at : callable
+        Makes the picture (H, W, 3), whose pixels become those of the file; called with
+        their number for one px of the layout when the figure is drawn.
     """
-    from matplotlib.artist import Artist
+    from shapemorph.view.pasted import Pasted
 
-    class Pasted(Artist):
-        """Pixels as they are; figimage would carry them through a map and a resampling."""
-
-        def draw(self, renderer: Any) -> None:
-            """Put them on the canvas."""
-            renderer.draw_image(renderer.new_gc(), ratio * left, low, opaque[::-1])
-
-    down = round(figure.get_size_inches()[1] * DPI)
-    low = ratio * (down - top) - pixels.shape[0]
-    opaque = np.dstack([pixels, np.full(pixels.shape[:2], 255, dtype=np.uint8)])
-    figure.add_artist(Pasted())
+    figure.add_artist(Pasted(left, top, pixels_at))
 
 
 def place_patch(figure: "Figure", box: tuple[float, float, float, float], colour: str) -> None:
@@ -247,17 +241,3 @@ def draw_scale_bar(
     bar.set_transform(figure.transFigure)
     figure.add_artist(bar)
     write_text(figure, left, top + 9, f"{length:g} mm", size=SMALL)
-
-
-def draw_colour_bar(figure: "Figure", axes: "Axes", scale: ColourScale, label: str) -> None:
-    """Fill axes with a colour bar: label, ticks, and arrows where values lie beyond."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
-    mappable = ScalarMappable(Normalize(scale.low, scale.high), scale.map)
-    bar = figure.colorbar(mappable, cax=axes, extend=scale.beyond, extendfrac=0.03)
-    bar.ax.locator_params(nbins=8)
-    bar.set_label(label, fontsize=TEXT, color=INK)
-    bar.formatter.set_useOffset(False)  # type: ignore[attr-defined]  # a ScalarFormatter
-    bar.ax.tick_params(labelsize=SMALL, colors=INK)
-    bar.outline.set_visible(False)

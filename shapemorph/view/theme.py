@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from shapemorph.view.png_file import png_content
 from shapemorph.view.style import DPI, FAINT, INK
 from shapemorph.view.window import Pixels
 
@@ -56,13 +57,7 @@ def drawn(figure: "Figure", theme: Theme) -> Pixels:
 
 def png(pixels: Pixels, theme: Theme) -> bytes:
     """Content of the PNG file of a figure that was drawn."""
-    from PIL import Image
-
-    dpi = DPI * theme.pixel_ratio
-    buffer = io.BytesIO()
-    level = _SMALL if theme.is_small else _QUICK
-    Image.fromarray(pixels).save(buffer, "PNG", dpi=(dpi, dpi), compress_level=level)
-    return buffer.getvalue()
+    return png_content(pixels, DPI * theme.pixel_ratio, _SMALL if theme.is_small else _QUICK)
 
 
 def embedded(content: bytes, theme: Theme) -> tuple[str, int]:

@@ -9,11 +9,11 @@ from shapemorph.view.style import FAINT, INK, new_figure, place_axes, place_pixe
 from shapemorph.view.theme import THEMES, drawn, embedded, png
 
 
-def _figure(ratio):
+def _figure():
     figure = new_figure(200, 120)
-    square = np.zeros((30 * ratio, 40 * ratio, 3), dtype=np.uint8)
-    square[..., 1] = 200
-    place_pixels(figure, 20, 60, square, ratio)
+    green = np.zeros((30, 40, 3), dtype=np.uint8)
+    green[..., 1] = 200
+    place_pixels(figure, 20, 60, lambda drawn_at: green.repeat(drawn_at, 0).repeat(drawn_at, 1))
     write_text(figure, 5, 5, "ink", colour=INK)
     write_text(figure, 105, 5, "faint", colour=FAINT)
     axes = place_axes(figure, 120, 50, 60, 40)
@@ -28,7 +28,7 @@ def _pixels(figure, theme):
 
 @pytest.mark.parametrize(("name", "ratio"), [("light", 1), ("print", 2)])
 def test_pictures_stand_in_their_place_pixel_for_pixel(name, ratio):
-    pixels = _pixels(_figure(ratio), THEMES[name])
+    pixels = _pixels(_figure(), THEMES[name])
     assert pixels.shape == (120 * ratio, 200 * ratio, 3)
     green = (pixels == [0, 200, 0]).all(axis=2)
     rows, columns = np.nonzero(green)
@@ -37,7 +37,7 @@ def test_pictures_stand_in_their_place_pixel_for_pixel(name, ratio):
 
 
 def test_print_is_black_on_white():
-    light, paper = (_pixels(_figure(THEMES[n].pixel_ratio), THEMES[n]) for n in ("light", "print"))
+    light, paper = (_pixels(_figure(), THEMES[n]) for n in ("light", "print"))
     for pixels, top in ((light, 40), (paper, 80)):
         words = pixels[:top]
         half = words.shape[1] // 2
@@ -53,7 +53,7 @@ def test_print_is_black_on_white():
 
 @pytest.mark.parametrize(("name", "kind"), [("light", "png"), ("print", "webp")])
 def test_pages_hold_the_very_pixels_of_a_figure(name, kind):
-    content = png(drawn(_figure(THEMES[name].pixel_ratio), THEMES[name]), THEMES[name])
+    content = png(drawn(_figure(), THEMES[name]), THEMES[name])
     source, width = embedded(content, THEMES[name])
     head, _, body = source.partition(",")
     assert head == f"data:image/{kind};base64"
