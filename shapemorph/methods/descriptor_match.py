@@ -5,9 +5,11 @@ import numpy as np
 from shapemorph.core.arrays import Floats, Greys, Ints
 from shapemorph.kernels.nearest import improve_columns, two_best
 from shapemorph.methods.features import Features
+from shapemorph.methods.threads import run_blocks
 
 BLOCK = 2048
 COLUMNS = 1024
+ROWS = 512
 
 
 def match_descriptors(
@@ -43,7 +45,7 @@ def match_descriptors(
     columns = np.ascontiguousarray(deformed.descriptors.T)
     for start in range(0, count, BLOCK):
         part = slice(start, min(start + BLOCK, count))
-        likeness = reference.descriptors[part] @ columns
+        likeness = _product(reference.descriptors[part], columns)
         improve_columns(likeness, start, back, back_best, COLUMNS)
         two_best(likeness, deformed.points, apart, nearest[part], best[part], second[part])
     good = back[nearest] == np.arange(count)
@@ -52,6 +54,17 @@ def match_descriptors(
     good &= near < ratio * far
     chosen = np.flatnonzero(good)
     return chosen, nearest[chosen]
+
+
+def _product(rows: Greys, columns: Greys) -> Greys:
+    """Inner products of rows (R, D) and columns (D, C), on all threads."""
+    product = np.empty((len(rows), columns.shape[1]), np.float32)
+
+    def multiply(first: int, last: int) -> None:
+        np.matmul(rows[first:last], columns, out=product[first:last])
+
+    run_blocks(multiply, len(rows), block=ROWS)
+    return product
 
 
 def _distance(product: Greys, left: Greys, right: Greys) -> Floats:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys, Ints
+from shapemorph.kernels.blend import blend_corners
 from shapemorph.kernels.raster import Triangles
 
 REACH = 2  # px around a pixel that are looked at
@@ -55,12 +56,11 @@ def _texels(
     triangle: Triangles, barycentric: Floats, corner_values: Floats, textures: Ints
 ) -> list[Floats]:
     """Texel positions x and y (H, W) of the pixels; textures lie far from each other."""
-    corners = corner_values[triangle]
-    origin, second, third = np.moveaxis(corners, 2, 0)
-    found = origin + barycentric[..., :1] * (second - origin)
-    found += barycentric[..., 1:] * (third - origin)
-    found[triangle < 0] = np.nan
-    found[..., 0] += textures[triangle] * 2.0 * max(float(np.abs(corner_values).max()), 1.0)
+    pairs = blend_corners(corner_values, triangle.ravel(), barycentric.reshape(-1, 2))
+    found = pairs.reshape(*triangle.shape, 2)
+    if (textures != textures[0]).any():
+        away = 2.0 * max(float(np.abs(corner_values).max()), 1.0)
+        found[..., 0] += textures[triangle] * away
     return [np.pad(found[..., axis], REACH, constant_values=np.nan) for axis in (0, 1)]
 
 

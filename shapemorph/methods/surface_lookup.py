@@ -6,6 +6,7 @@ from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 from shapemorph.core.image import CalibratedImage, Chart, SurfacePoints
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import locate as locate_kernel
+from shapemorph.kernels.blend import blend_corners
 from shapemorph.methods.chart_index import index_chart
 from shapemorph.methods.shading import prepare_shader
 
@@ -56,7 +57,9 @@ def positions(mesh: TexturedMesh, points: SurfacePoints) -> Floats:
         mm, in the frame of the mesh; NaN off the surface.
     """
     corners = mesh.vertices[mesh.faces[points.face]]
-    placed: Floats = np.einsum("nk,nkd->nd", points.barycentric, corners)
+    own = np.where(points.face >= 0, np.arange(len(points.face)), -1).astype(np.int32)
+    pair = np.ascontiguousarray(points.barycentric[:, 1:])
+    placed: Floats = blend_corners(corners, own, pair)
     return placed
 
 
@@ -85,12 +88,10 @@ def pixel_positions(mesh: TexturedMesh, image: CalibratedImage) -> Floats:
     (H, W, 3)
         mm, in the frame of the mesh; NaN outside the mask.
     """
-    placed = np.full((*image.image.shape, 3), np.nan)
-    mask = image.triangle >= 0
-    triangle, pair = image.triangle[mask].astype(np.int64), image.barycentric[mask]
-    points = SurfacePoints(_mesh_faces(image.chart, triangle), _three_weights(pair))
-    placed[mask] = positions(mesh, points)
-    return placed
+    corners = mesh.vertices[mesh.faces[image.chart.face_ids]]
+    pair = image.barycentric.reshape(-1, 2)
+    placed: Floats = blend_corners(corners, image.triangle.ravel(), pair)
+    return placed.reshape(*image.triangle.shape, 3)
 
 
 def grey_at(mesh: TexturedMesh, image: CalibratedImage, points_px: Floats) -> tuple[Greys, Bools]:
