@@ -38,7 +38,7 @@ def quintic_weights(t: float) -> tuple[float, float, float, float, float, float]
     )
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def sample(coefficients: Floats, points: Floats) -> Floats:
     """Evaluate a spline at scattered points.
 

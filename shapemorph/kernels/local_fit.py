@@ -6,7 +6,7 @@ from numba import njit, prange
 from shapemorph.core.arrays import Floats, Ints
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def fit_locally(
     source: Floats,
     target: Floats,

@@ -12,7 +12,7 @@ def _cell(value: float, origin: float, size: float, count: int) -> int:
     return min(max(int(np.floor((value - origin) / size)), 0), count - 1)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_buckets(
     px: Floats, faces: Ints, sign: float, grid: Floats, rows: int, cols: int
 ) -> tuple[Ints, Ints]:
@@ -132,7 +132,7 @@ def find(
     return int(nearest)
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def _locate_all(
     px: Floats,
     faces: Ints,

@@ -6,7 +6,7 @@ from numba import njit, prange
 from shapemorph.core.arrays import Floats, Greys, Ints
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def two_best(
     likeness: Greys, places: Floats, apart: float, nearest: Ints, best: Greys, second: Greys
 ) -> None:
@@ -43,7 +43,7 @@ def _two_best(likeness: Greys, places: Floats, apart: float) -> tuple[int, float
     return nearest, float(best), float(second)
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def improve_columns(likeness: Greys, start: int, nearest: Ints, best: Greys, width: int) -> None:
     """Bring up to date, for every column, its best row so far.
 

@@ -113,7 +113,7 @@ def speckle_brightness(
     return bright
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def speckle_at(
     material: Floats, blobs: Floats, origin: Floats, cell: Floats, edge: float
 ) -> Floats:
@@ -137,7 +137,7 @@ def _material(nodes: Floats, second: float, third: float) -> tuple[float, float]
     return x, y
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def paint(
     face: Ints,
     corners: Floats,

@@ -96,7 +96,7 @@ def _paint_band(
     return claimed_again
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def _paint(
     px: Floats,
     faces: Ints,

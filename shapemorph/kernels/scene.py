@@ -59,7 +59,7 @@ def _meet(
     return np.nan, np.nan
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def meet_rays(spline: Floats, rays: Floats, guess: Floats) -> Floats:
     """Find where rays meet the surface.
 
@@ -113,7 +113,7 @@ def _light(
     return diffuse, mirrored
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def photograph(
     spline: Floats,
     plane: Floats,

@@ -162,7 +162,7 @@ def solve(factor: Floats, right: Floats) -> Floats:
     return solution
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def leverages(factor: Floats, first: Ints, weights: Floats, width: int) -> Floats:
     """How much each point would pull the surface at its own place: b^T A^-1 b.
 

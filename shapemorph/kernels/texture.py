@@ -139,7 +139,7 @@ def _mean_grey(
     return total / count if count > 0 else np.nan
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def _shade_all(
     points: Floats,
     footprints: Floats,
@@ -316,7 +316,7 @@ def _mean_of_picture(
     return float(total / (across * down))
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def _resample_all(
     points: Floats, footprints: Floats, texels: Greys, table: Ints, grey: Greys
 ) -> None:

@@ -8,7 +8,7 @@ from shapemorph.core.arrays import Bools, Floats, Greys, Ints
 _SUM_IN_ANY_ORDER = {"reassoc", "contract", "nsz"}  # unlike fastmath=True this keeps NaN
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def search(
     reference: Greys,
     reference_mask: Greys,
@@ -163,7 +163,7 @@ def _summit(scores: Floats) -> tuple[float, float]:
     return x, y
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True, parallel=True)
 def resample_through(
     coefficients: Floats,
     origin: Floats,
