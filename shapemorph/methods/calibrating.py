@@ -9,7 +9,7 @@ from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels.raster import Triangles, rasterise
 from shapemorph.methods.charting import picture_shape
 from shapemorph.methods.distortion import chart_handedness
-from shapemorph.methods.shading import prepare_shader
+from shapemorph.methods.shading import map_textures, prepare_shader
 
 POINTS_AT_ONCE = 1 << 18
 EDGE_GROWTH = 4  # px that grey is continued beyond the mask
@@ -56,7 +56,8 @@ def _shade_pixels(
     mesh: TexturedMesh, chart: Chart, triangle: Triangles, barycentric: Floats
 ) -> Greys:
     """Grey of the pixels that have a triangle."""
-    shader, mask = prepare_shader(mesh, chart, pixels=(triangle, barycentric)), triangle >= 0
+    under, mask = map_textures(mesh, chart, (triangle, barycentric)), triangle >= 0
+    shader = prepare_shader(mesh, chart, under)
     grey = np.zeros(mask.shape, np.float32)
     band = max(POINTS_AT_ONCE // mask.shape[1], 1)
     for start in range(0, len(mask), band):

@@ -1,6 +1,7 @@
 """Random part of the uncertainty of positions and strains."""
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import map_coordinates, uniform_filter
 
 from shapemorph.core.arrays import Bools, Floats, Ints
@@ -115,27 +116,36 @@ def _variance(slopes: Floats, correlation: Floats) -> float:
 
 def _of_the_quiet(ratios: Floats, freedom: float) -> float:
     """Mean of ratios that are noise, from their lower quartile (Wilson and Hilferty, 1931)."""
+    return float(np.quantile(ratios, _QUIET) / _quiet_quartile(freedom))
+
+
+def _quiet_quartile(freedom: float) -> float:
+    """Lower quartile of noise whose mean is 1."""
     spread = 2 / (9 * freedom)
-    quiet = (1 - spread + _QUIET_NORMAL * np.sqrt(spread)) ** 3
-    return float(np.quantile(ratios, _QUIET) / quiet)
+    return float((1 - spread + _QUIET_NORMAL * np.sqrt(spread)) ** 3)
 
 
 def _of_the_quiet_around(ratios: Floats, freedom: float) -> Floats:
     """Mean of ratios (R, C) that are noise, around each point; of all where too few are near."""
-    places = [np.arange(0, size + _STEP, _STEP) for size in ratios.shape]
-    found = np.full((len(places[0]), len(places[1])), np.nan)
-    for index in np.ndindex(found.shape):
-        rows, columns = (
-            slice(max(at[k] - _NEAR, 0), at[k] + _NEAR + 1)
-            for at, k in zip(places, index, strict=True)
-        )
-        near = ratios[rows, columns]
-        near = near[np.isfinite(near)]
-        if len(near) >= _FEWEST:
-            found[index] = _of_the_quiet(near, freedom)
+    padded = np.pad(ratios, _NEAR, constant_values=np.nan)
+    padded = np.pad(padded, ((0, _STEP), (0, _STEP)), constant_values=np.nan)
+    around = sliding_window_view(padded, (2 * _NEAR + 1, 2 * _NEAR + 1))[::_STEP, ::_STEP]
+    found = _lower_quartiles(around.reshape(*around.shape[:2], -1)) / _quiet_quartile(freedom)
     found[np.isnan(found)] = _of_the_quiet(ratios[np.isfinite(ratios)], freedom)
     at = np.mgrid[: ratios.shape[0], : ratios.shape[1]] / _STEP
     return np.asarray(map_coordinates(found, at, order=1))
+
+
+def _lower_quartiles(values: Floats) -> Floats:
+    """Lower quartile of each row (..., K) without its NaN; NaN where too few are left."""
+    ordered = np.sort(values, axis=-1)  # NaN last
+    count = np.isfinite(values).sum(axis=-1)
+    place = _QUIET * np.maximum(count - 1, 0)
+    below = place.astype(np.int64)[..., None]
+    low, high = (np.take_along_axis(ordered, below + step, axis=-1)[..., 0] for step in (0, 1))
+    quartile: Floats = low + (place - below[..., 0]) * (high - low)
+    quartile[count < _FEWEST] = np.nan
+    return quartile
 
 
 def _local_mean(values: Floats, known: Bools) -> Floats:

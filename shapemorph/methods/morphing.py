@@ -8,7 +8,7 @@ from shapemorph.core.matching import Warp
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import texture as kernel
 from shapemorph.methods.calibrating import POINTS_AT_ONCE, continue_outside
-from shapemorph.methods.shading import prepare_shader, stack_pictures
+from shapemorph.methods.shading import map_under_image, prepare_shader, stack_pictures
 from shapemorph.methods.warping import warp_points
 
 LEVELS = 5
@@ -40,12 +40,8 @@ def morph_surface(
     GreyImage
         The mask holds the pixels whose centre meets the deformed surface.
     """
-    shader = prepare_shader(
-        mesh,
-        image.chart,
-        narrowest=_narrowest(image, warp, shape),
-        pixels=(image.triangle, image.barycentric),
-    )
+    under, narrowest = map_under_image(mesh, image), _narrowest(image, warp, shape)
+    shader = prepare_shader(mesh, image.chart, under, narrowest=narrowest)
     grey = np.zeros(shape[0] * shape[1], np.float32)
     mask = np.zeros(shape[0] * shape[1], dtype=bool)
     for start in range(0, len(grey), POINTS_AT_ONCE):

@@ -7,6 +7,7 @@ import numpy as np
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.errors import DataError
 from shapemorph.core.transform import RigidTransform
+from shapemorph.kernels.rigid_cost import clipped_misfits
 from shapemorph.methods.rigid import fit_rigid, fit_triples, residuals_of
 
 _TIERS = (0.02, 0.05, 0.1, 0.2, 0.4, 1.0)  # shares of the points, stiffest first
@@ -102,19 +103,9 @@ def _best_triple(
         return None
     judges = rng.permutation(len(source))[:_JUDGES]
     rotations, translations = fit_triples(source[triples], target[triples])
-    costs = [
-        _cost(source[judges], target[judges], rotation, translation, reach)
-        for rotation, translation in zip(rotations, translations, strict=True)
-    ]
+    costs = clipped_misfits(source[judges], target[judges], rotations, translations, reach**2)
     best = int(np.argmin(costs))
     return RigidTransform(rotations[best], translations[best])
-
-
-def _cost(
-    source: Floats, target: Floats, rotation: Floats, translation: Floats, reach: float
-) -> float:
-    squared = ((source @ rotation.T + translation - target) ** 2).sum(axis=1)
-    return float(np.minimum(squared, reach**2).sum())
 
 
 def _settled(

@@ -17,7 +17,7 @@ from shapemorph.methods.distortion import (
     weighted_quantile,
 )
 from shapemorph.methods.parametrize.disk import Piece
-from shapemorph.methods.shading import prepare_shader, texel_density, texel_map
+from shapemorph.methods.shading import map_textures, prepare_shader, texel_density, texel_map
 from shapemorph.methods.speckle import TILE, choose_tiles, tile_widths
 
 PROBES = 6
@@ -135,8 +135,8 @@ def _probe(mesh: TexturedMesh, chart: Chart, scale: Floats) -> Pattern:
     points = np.stack([cols, rows], axis=1).astype(np.float64)
     hints = triangle[rows, cols].astype(np.int64)
     grey = np.zeros((height, width), np.float32)
-    pixels = triangle, barycentric
-    shader = prepare_shader(mesh, chart, texels_per_px=PROBE_TEXELS, pixels=pixels)
+    under = map_textures(mesh, chart, (triangle, barycentric))
+    shader = prepare_shader(mesh, chart, under, texels_per_px=PROBE_TEXELS)
     grey[rows, cols], _ = shader.shade(points, np.eye(2)[None], hints)
     local = np.array([_scale_of_tile(scale, triangle, row, col) for row, col in tiles])
     widths = tile_widths(grey, mask, tiles) / chart.px_per_mm

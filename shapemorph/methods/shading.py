@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys, Ints
-from shapemorph.core.image import Chart
+from shapemorph.core.image import CalibratedImage, Chart
 from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import texture as kernel
 from shapemorph.kernels.facets import affine_maps
@@ -45,8 +45,8 @@ class TextureStack:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shader:
-    """Everything that reading grey on a chart needs.
+class TextureMap:
+    """Where the textures of a surface lie under its chart.
 
     Attributes
     ----------
@@ -55,7 +55,6 @@ class Shader:
     gradients : (M, 2, 2) float64
     slopes : (H, W, 2, 2) float32
     textures : (M,) int64
-    stack : TextureStack
         See :func:`shapemorph.kernels.texture.shade`.
     """
 
@@ -64,6 +63,19 @@ class Shader:
     gradients: Floats
     slopes: Greys
     textures: Ints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shader:
+    """Everything that reading grey on a chart needs.
+
+    Attributes
+    ----------
+    under : TextureMap
+    stack : TextureStack
+    """
+
+    under: TextureMap
     stack: TextureStack
 
     def shade(
@@ -87,16 +99,16 @@ class Shader:
         triangle : (N,)
             -1 off the chart.
         """
-        stack = self.stack
+        under, stack = self.under, self.stack
         return kernel.shade(
             points,
             footprints,
             hints,
-            *self.index.arguments,
-            self.corner_values,
-            self.gradients,
-            self.slopes,
-            self.textures,
+            *under.index.arguments,
+            under.corner_values,
+            under.gradients,
+            under.slopes,
+            under.textures,
             stack.texels,
             stack.table,
             stack.base,
@@ -104,13 +116,42 @@ class Shader:
         )
 
 
+def map_textures(
+    mesh: TexturedMesh, chart: Chart, pixels: tuple[Triangles, Floats] | None = None
+) -> TextureMap:
+    """Find where the textures of a surface lie under its chart.
+
+    Parameters
+    ----------
+    mesh : TexturedMesh
+    chart : Chart
+        Of that mesh.
+    pixels : (H, W) int32 and (H, W, 2), or None
+        Triangle and weights under the pixels of the chart: a shortcut where the texture is
+        even; None takes none.
+    """
+    values, gradients = texel_map(mesh, chart)
+    if not mesh.has_texture:
+        textures, pixels = np.zeros(len(chart.faces), dtype=np.int64), None
+    else:
+        textures = np.ascontiguousarray(mesh.face_texture[chart.face_ids])
+    slopes = NOWHERE if pixels is None else even_slopes(*pixels, values, textures)
+    return TextureMap(index_chart(chart), values, gradients, slopes, textures)
+
+
+@lru_cache(maxsize=1)
+def map_under_image(mesh: TexturedMesh, image: CalibratedImage) -> TextureMap:
+    """Do so under a calibrated image; the last answer is kept, as surfaces are morphed twice."""
+    return map_textures(mesh, image.chart, (image.triangle, image.barycentric))
+
+
 def prepare_shader(
     mesh: TexturedMesh,
     chart: Chart,
+    under: TextureMap,
     *,
     texels_per_px: float = SAMPLES,
     narrowest: float = 1.0,
-    pixels: tuple[Triangles, Floats] | None = None,
 ) -> Shader:
     """Gather what reading grey on a chart needs.
 
@@ -122,26 +163,20 @@ def prepare_shader(
     mesh : TexturedMesh
     chart : Chart
         Of that mesh.
+    under : TextureMap
+        Of both.
     texels_per_px : float
         Textures are reduced while 95 % of the chart keeps half as many as this.
     narrowest : float
         Width of the narrowest footprints that will be asked for, px.
-    pixels : (H, W) int32 and (H, W, 2), or None
-        Triangle and weights under the pixels of the chart: a shortcut where the texture is
-        even; None takes none.
     """
-    values, gradients = texel_map(mesh, chart)
-    if not mesh.has_texture:
+    if mesh.has_texture:
+        wanted = max(texels_per_px, SHARPEST / narrowest)
+        stack = stack_textures(mesh, _reductions(chart, under.gradients, wanted))
+    else:
         none = np.zeros((0, 3), dtype=np.int64)
         stack = TextureStack(np.zeros(0, np.float32), none, 0, np.zeros(0, np.int64))
-        textures = np.zeros(len(chart.faces), dtype=np.int64)
-        return Shader(index_chart(chart), values, gradients, NOWHERE, textures, stack)
-    wanted = max(texels_per_px, SHARPEST / narrowest)
-    base = _reductions(chart, gradients, wanted)
-    textures = np.ascontiguousarray(mesh.face_texture[chart.face_ids])
-    slopes = NOWHERE if pixels is None else even_slopes(*pixels, values, textures)
-    stack = stack_textures(mesh, base)
-    return Shader(index_chart(chart), values, gradients, slopes, textures, stack)
+    return Shader(under, stack)
 
 
 def texel_map(mesh: TexturedMesh, chart: Chart) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ from shapemorph.core.mesh import TexturedMesh
 from shapemorph.kernels import locate as locate_kernel
 from shapemorph.kernels.blend import blend_corners
 from shapemorph.methods.chart_index import index_chart
-from shapemorph.methods.shading import prepare_shader
+from shapemorph.methods.shading import map_under_image, prepare_shader
 
 
 def locate(image: CalibratedImage, points_px: Floats) -> SurfacePoints:
@@ -114,6 +114,6 @@ def grey_at(mesh: TexturedMesh, image: CalibratedImage, points_px: Floats) -> tu
     inside : (N,)
     """
     points = np.ascontiguousarray(points_px, dtype=np.float64)
-    shader = prepare_shader(mesh, image.chart, pixels=(image.triangle, image.barycentric))
+    shader = prepare_shader(mesh, image.chart, map_under_image(mesh, image))
     grey, triangle = shader.shade(points, np.eye(2)[None])
     return grey, triangle >= 0

@@ -4,7 +4,7 @@ import pytest
 from shapemorph.core.image import Chart
 from shapemorph.core.mesh import coloured_mesh, textured_mesh
 from shapemorph.methods.calibrating import calibrate, continue_outside
-from shapemorph.methods.shading import prepare_shader, texel_density
+from shapemorph.methods.shading import map_textures, texel_density
 
 
 def _square(side=20.0, cells=6):
@@ -138,8 +138,9 @@ def test_grey_of_corners_is_interpolated_linearly():
 def test_texture_density_is_measured():
     vertices, faces = _square()
     mesh = _textured(vertices, faces, vertices[:, :2] / 20, np.zeros((300, 400), np.float32))
-    shader = prepare_shader(mesh, _chart(vertices, faces, 5.0))
-    np.testing.assert_allclose(texel_density(shader.gradients), np.sqrt(3.0 * 4.0))
+    chart = _chart(vertices, faces, 5.0)
+    under = map_textures(mesh, chart)
+    np.testing.assert_allclose(texel_density(under.gradients), np.sqrt(3.0 * 4.0))
 
 
 def test_the_number_of_threads_changes_nothing():
