@@ -43,6 +43,11 @@ def test_sections_cannot_be_changed_after_they_were_made():
         config.order = 2
 
 
+def test_a_limit_of_random_errors_that_is_given_stays():
+    assert CorrelateConfig().with_certainty().max_sigma == 0.06
+    assert CorrelateConfig(max_sigma=2.0).with_certainty().max_sigma == 2.0
+
+
 def test_paper_mode_has_its_own_defaults_and_keeps_what_is_given():
     paper = CorrelateConfig(mode="paper")
     sizes = (paper.subset_size, paper.spacing, paper.search, paper.tolerance, paper.refinements)

@@ -10,6 +10,7 @@ OddSize = Annotated[int, Field(ge=5, le=201)]
 PAPER = {"tolerance": 0.1, "refinements": 0}  # of `correlate` in mode paper
 UNSMOOTH = {"refinements": 0}  # islands that move apart have no smooth warp
 PAPER_SIZES = {"subset_size": 21, "spacing": 8}
+MOST_SIGMA = 0.06  # px: beyond it one match in ten is off by more than 0.1 px
 
 
 class CorrelateConfig(Section):
@@ -53,7 +54,8 @@ class CorrelateConfig(Section):
     max_sigma: Annotated[float, Field(gt=0)] | None = Field(
         None,
         description="largest random error of a component that is believed where it stands out "
-        "from the others, px of the deformed side; beyond it: LOW_CONTRAST; empty: no limit",
+        "from the others, px of the deformed side; beyond it: LOW_CONTRAST; empty: 0.06 for two "
+        "plain pictures and for shapes that were reconstructed, else no limit",
     )
     min_inside: float = Field(
         0.5, gt=0, le=1, description="share of a subset that must lie inside the mask"
@@ -83,6 +85,10 @@ class CorrelateConfig(Section):
             return UNSMOOTH | given if given.get("seeds") == "propagate" else given
         empty = {key: size for key, size in PAPER_SIZES.items() if given.get(key) is None}
         return PAPER | given | empty
+
+    def with_certainty(self) -> Self:
+        """Believe no random error beyond `MOST_SIGMA` that stands out, unless told otherwise."""
+        return self if self.max_sigma else self.model_copy(update={"max_sigma": MOST_SIGMA})
 
     @property
     def degree(self) -> int:

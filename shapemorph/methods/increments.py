@@ -14,6 +14,7 @@ from shapemorph.methods.warp_renewal import MARGIN, fill_gaps, renew_warp, splin
 
 REACH = (0.3, 1.0)  # of the subset: over these lengths a warp through a grid averages
 LEAST_NOISE = 1e-4  # px
+LEAST_AREA = 1e-3  # px^2 that a px^2 of the reference becomes: no warp is to divide by less
 COARSER = 2.0  # times the spacing of the knots of a warp
 CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])  # of a cell: column, row
 
@@ -138,7 +139,9 @@ def lost_grid(
 
 def warp_through(grid: CorrelationGrid, base: Warp) -> Warp:
     """Fit a smooth warp to a grid; where it has no values, it goes on like `base`."""
-    noise = np.maximum(np.sqrt((grid.sigma_px**2).mean(axis=-1)), LEAST_NOISE)
+    magnified = np.abs(np.linalg.det(grid.gradient))
+    noise = np.sqrt((grid.sigma_px**2).mean(axis=-1) / np.maximum(magnified, LEAST_AREA))
+    noise = np.maximum(noise, LEAST_NOISE)
     reach = (REACH[0] * grid.subset_size, REACH[1] * grid.subset_size)
     points = np.rint(grid.reference_px).astype(np.int64)
     return renew_warp(base, points, grid.deformed_px, noise, spacing=grid.spacing, reach=reach)

@@ -15,6 +15,8 @@ QUIET_RAYLEIGH = 0.7585  # that percentile of the length of two unit normals
 MOST_NOISE = 1.5  # difference of the two fits by noise alone, in rough random errors
 STANDS_OUT = 3.5  # times the noise of the difference
 ENOUGH = 0.05  # weight of measured points that a gap is filled from
+COMPARED = 2.0  # widths of the wide fit: so far around a place fits are compared
+TINY = 1e-9  # keeps quotients finite
 
 
 def renew_warp(
@@ -45,8 +47,8 @@ def renew_warp(
     deformed : (R, C, 2)
         Where the points went, px.
     noise : (R, C)
-        Rough random error of a component of each point, > 0, px; NaN where the point is not
-        to be trusted.
+        Rough random error of a component of each point, > 0, px of the reference; NaN where
+        the point is not to be trusted.
     spacing : int
         Of the grid, px.
     reach : (float, float)
@@ -57,20 +59,66 @@ def renew_warp(
     knots = np.stack(np.meshgrid(x, y), axis=-1)
     before = continue_warp(warp, knots.reshape(-1, 2)).reshape(knots.shape)
     inner = (slice(MARGIN, -MARGIN), slice(MARGIN, -MARGIN))
-    correction = np.zeros_like(before)
     known = np.zeros(before.shape[:2], dtype=bool)
     usable = np.isfinite(noise)
-    correction[inner][usable] = (deformed - before[inner])[usable]
     known[inner] = usable
+    found = before.copy()
+    found[inner][usable] = deformed[usable]
     level = np.zeros((*known.shape, 1))
     level[known, 0] = noise[usable]
     weight = np.zeros(known.shape)
     weight[known] = np.minimum(np.median(noise[usable]) / noise[usable], 1.0) ** 2
-    narrow, wide = (
-        fill_gaps(*smooth_quadratic(correction, weight, reach=each / spacing)) for each in reach
+    narrow, wide = (each / spacing for each in reach)
+    smooth = _smooth_correction(before, found, weight, seen=narrow, reach=wide)
+    closer = fill_gaps(*smooth_quadratic(found - before, weight, reach=narrow)) - smooth
+    share = _narrow_share(
+        _in_reference(closer, before), fill_gaps(level, known)[..., 0] / spacing, known
     )
-    target = before + _blend(narrow, wide, fill_gaps(level, known)[..., 0], known)
+    target = before + smooth + share[..., None] * closer
     return Warp(spline_through(target), np.array([x[0], y[0]]), float(spacing))
+
+
+def _smooth_correction(
+    before: Floats, found: Floats, weight: Floats, *, seen: float, reach: float
+) -> Floats:
+    """(R, C, 2) smooth fit of what points found beyond the warp, or of all that they found.
+
+    The first keeps details of the warp that the points would be too coarse to tell, the
+    second is free of what a warp of few features has made up. Both are fits of one width, so
+    that the squares of what is left over compare them: around each place they are mixed so
+    that these are least. What is made up the points have seen as their subsets do, averaged
+    over a Gaussian of `seen` cells; the rest of it they have as errors of their own.
+
+    References
+    ----------
+    D. H. Wolpert, "Stacked generalization", Neural Networks 5 (1992),
+    doi:10.1016/S0893-6080(05)80023-1.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    trend = _affine_trend(found, weight)
+    both, sound = smooth_quadratic(
+        np.concatenate([found - before, found - trend], axis=-1), weight, reach=reach
+    )
+    kept = fill_gaps(both[..., :2], sound)
+    change = fill_gaps(both[..., 2:] + trend - before, sound) - kept
+    apart, left = _in_reference(change, before), _in_reference(found - before - kept, before)
+    apart = gaussian_filter(apart, (seen, seen, 0))
+    gain, size = (
+        gaussian_filter(weight * (apart * each).sum(axis=-1), COMPARED * reach)
+        for each in (left, apart)
+    )
+    share = np.clip(gain / np.maximum(size, TINY**2), 0.0, 1.0)
+    return np.asarray(kept + share[..., None] * change)
+
+
+def _affine_trend(values: Floats, weight: Floats) -> Floats:
+    """(R, C, 2) affine map of a grid that fits its values (R, C, 2) best."""
+    rows, cols = np.indices(weight.shape, dtype=np.float64)
+    terms = np.stack([np.ones_like(rows), cols, rows], axis=-1)
+    root, chosen = np.sqrt(weight[weight > 0])[:, None], weight > 0
+    map_ = np.linalg.lstsq(root * terms[chosen], root * values[chosen])[0]
+    return np.asarray(terms @ map_)
 
 
 def smooth_quadratic(values: Floats, weight: Floats, *, reach: float) -> tuple[Floats, Bools]:
@@ -118,15 +166,31 @@ def smooth_quadratic(values: Floats, weight: Floats, *, reach: float) -> tuple[F
     return smooth, sound
 
 
-def _blend(narrow: Floats, wide: Floats, noise: Floats, known: Bools) -> Floats:
-    """Wide fit, and the narrow one where the difference stands out of the noise."""
+def _in_reference(change: Floats, targets: Floats) -> Floats:
+    """Carry changes (R, C, 2) of the targets of a grid back into the reference, in cells.
+
+    There random errors are alike in all directions. A stretch makes them longer along it.
+    """
+    along_rows, along_cols = (np.asarray(np.gradient(targets, axis=axis)) for axis in (0, 1))
+    (xr, yr), (xc, yc) = np.moveaxis(along_rows, -1, 0), np.moveaxis(along_cols, -1, 0)
+    x, y = np.moveaxis(change, -1, 0)
+    area = np.maximum(np.abs(xc * yr - xr * yc), TINY)
+    return np.stack([(yr * x - xr * y) / area, (xc * y - yc * x) / area], axis=-1)
+
+
+def _narrow_share(apart: Floats, noise: Floats, known: Bools) -> Floats:
+    """(R, C) share of the narrow fit: all where both fits lie apart by more than noise.
+
+    One point is not asked alone: its own error is nearly all that its narrow fit shows.
+    """
     from scipy.ndimage import gaussian_filter
 
-    difference = np.hypot(*np.moveaxis(narrow - wide, -1, 0)) / np.maximum(noise, 1e-9)
-    usual = min(np.percentile(difference[known], QUIET) / QUIET_RAYLEIGH, MOST_NOISE)
-    ratio = STANDS_OUT * usual / np.maximum(difference, 1e-9)
-    share = gaussian_filter(1.0 / (1.0 + np.minimum(ratio, 1e3) ** 6), 1.0)
-    return wide + share[..., None] * (narrow - wide)
+    squares = np.where(known, (apart**2).sum(axis=-1) / np.maximum(noise, TINY) ** 2, 0.0)
+    usual = min(np.sqrt(np.percentile(squares[known], QUIET)) / QUIET_RAYLEIGH, MOST_NOISE)
+    near = gaussian_filter(known.astype(np.float64), 1.0)
+    squares = gaussian_filter(squares, 1.0) / np.maximum(near, ENOUGH)
+    share = 1.0 / (1.0 + ((STANDS_OUT * usual) ** 2 / np.maximum(squares, TINY)) ** 3)
+    return np.asarray(gaussian_filter(share, 1.0))
 
 
 def continue_warp(warp: Warp, points: Floats) -> Floats:

@@ -105,6 +105,7 @@ def correlate_images(
 
     check_writable(folder)
     inputs = picture_law_inputs(config)
+    config = config.model_copy(update={"correlate": config.correlate.with_certainty()})
     clock = Clock(listener)
     pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, mask))
     left, right = pair.reference, pair.deformed

@@ -14,9 +14,6 @@ from shapemorph.pipeline.planar import PictureOutcome
 from shapemorph.pipeline.run import Listener
 from shapemorph.pipeline.stereo_inputs import StereoSequence, stereo_sequence
 
-MOST_SIGMA = 0.06  # px; `correlate.max_sigma` if it is not given: flanks that both cameras see
-# at a slant have a blurred texture, on which subsets err by more than their random error
-
 
 def measure_shapes(config: RunConfig, folder: Path, *, listener: Listener) -> PictureOutcome:
     """Reconstruct the first and the last state and measure one shape against the other.
@@ -63,8 +60,9 @@ def of_meshes(config: RunConfig, shapes: Path) -> RunConfig:
         deformed=(shapes / "deformed.obj").absolute(),
     )
     align = config.align.model_copy(update={"method": "none"})
-    limit = config.correlate.max_sigma or MOST_SIGMA
-    correlate = config.correlate.model_copy(update={"max_sigma": limit})
+    # flanks that both cameras see at a slant have a blurred texture, on which subsets err by
+    # more than their random error
+    correlate = config.correlate.with_certainty()
     return config.model_copy(update={"inputs": inputs, "align": align, "correlate": correlate})
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.ndimage import gaussian_filter
 
 from shapemorph.core.matching import Warp
 from shapemorph.methods.warp_renewal import (
@@ -10,6 +11,7 @@ from shapemorph.methods.warp_renewal import (
     fill_gaps,
     renew_warp,
     smooth_quadratic,
+    spline_through,
 )
 from shapemorph.methods.warping import warp_points
 
@@ -93,6 +95,53 @@ def test_a_kink_is_followed_more_closely_than_by_the_wide_fit_alone():
         found, _ = warp_points(_renew(deformed, everything, reach), at)
         errors.append(np.abs(found[:, 0] - 75.0).mean())
     assert errors[0] < 0.5 * errors[1]
+
+
+def test_a_stretch_does_not_let_the_noise_along_it_bend_the_warp():
+    points = _points(40, 40).astype(float)
+    slope = np.diag([3.5, 3.5**-0.5])
+    grid = _identity()
+    warp = Warp(grid.coefficients @ slope, grid.origin, grid.spacing)
+    off = gaussian_filter(np.random.default_rng(4).normal(0, 0.1, points.shape), (1, 1, 0))
+    noise = np.full(points.shape[:2], off.std())
+    deformed = (points + off) @ slope
+    at = points[4:-4, 4:-4].reshape(-1, 2)
+    renewed = renew_warp(warp, _points(40, 40), deformed, noise, spacing=SPACING, reach=(6.0, 20.0))
+    left = (warp_points(renewed, at)[0] - at @ slope) @ np.linalg.inv(slope)
+    assert left.std() < 0.4 * off.std()
+
+
+def test_what_a_warp_of_few_features_made_up_is_left_out():
+    points = _points(40, 40).astype(float)
+    grid = _identity()
+    made_up = np.random.default_rng(5).normal(0, 0.5, grid.coefficients.shape)
+    bumpy = Warp(grid.coefficients + made_up, grid.origin, grid.spacing)
+    noise = np.random.default_rng(6).normal(0, 0.01, points.shape)
+    level = np.full(points.shape[:2], 0.01)
+    renewed = renew_warp(
+        bumpy, _points(40, 40), points + noise, level, spacing=SPACING, reach=(6.0, 20.0)
+    )
+    at = points[6:-6, 6:-6].reshape(-1, 2)
+    assert (warp_points(bumpy, at)[0] - at).std() > 0.1
+    assert (warp_points(renewed, at)[0] - at).std() < 0.01
+
+
+def test_details_that_a_warp_knows_are_kept():
+    points = _points(40, 40).astype(float)
+    steps = 10.0 * np.arange(-3, 24)
+    wave = np.stack(np.meshgrid(steps, steps), axis=-1)
+    wave[..., 0] += 0.3 * np.sin(2 * np.pi * wave[..., 1] / 60.0)
+    warp = Warp(spline_through(wave), np.full(2, -30.0), 10.0)
+    true = points.copy()
+    true[..., 0] += 0.3 * np.sin(2 * np.pi * points[..., 1] / 60.0)
+    noise = np.random.default_rng(7).normal(0, 0.01, points.shape)
+    level = np.full(points.shape[:2], 0.01)
+    renewed = renew_warp(
+        warp, _points(40, 40), true + noise, level, spacing=SPACING, reach=(6.0, 20.0)
+    )
+    inner = (slice(6, -6), slice(6, -6))
+    off = warp_points(renewed, points[inner].reshape(-1, 2))[0] - true[inner].reshape(-1, 2)
+    assert off.std() < 0.01
 
 
 def test_a_warp_is_continued_linearly():

@@ -3,7 +3,8 @@
 import pytest
 
 from shapemorph.config import RunConfig
-from shapemorph.pipeline.stereo_shapes import MOST_SIGMA, of_meshes
+from shapemorph.config.correlate import MOST_SIGMA
+from shapemorph.pipeline.stereo_shapes import of_meshes
 
 
 @pytest.mark.parametrize(("given", "used"), [(None, MOST_SIGMA), (0.2, 0.2)])
