@@ -3,6 +3,7 @@
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
@@ -143,20 +144,32 @@ def run_stages(
     outdated: Mapping[str, str],
     listener: Listener,
 ) -> None:
-    """Run the stages named in `outdated` (name -> fingerprint) in order and store each result."""
-    for stage in stages:
-        if stage.name not in outdated:
-            listener(Event(stage.name, "kept"))
-            continue
-        listener(Event(stage.name, "started"))
-        begin = time.perf_counter()
-        read = [results.load(name) for name in stage.reads]
-        noun = stage.run(*read, sections[stage.name])
-        seconds = time.perf_counter() - begin
-        store.save(stage.name, noun, fingerprint=outdated[stage.name], seconds=seconds)
-        results.keep(stage.name, noun)
-        _log.info("%s: %.2f s", stage.name, seconds)
-        listener(Event(stage.name, "finished", seconds))
+    """Run the stages named in `outdated` (name -> fingerprint) in order and store each result.
+
+    One is stored while the next runs; whatever ends the run, what is finished is stored.
+    """
+    with ThreadPoolExecutor(1) as beside:
+        stored: Future[None] | None = None
+        for stage in stages:
+            if stage.name not in outdated:
+                listener(Event(stage.name, "kept"))
+                continue
+            listener(Event(stage.name, "started"))
+            begin = time.perf_counter()
+            read = [results.load(name) for name in stage.reads]
+            noun = stage.run(*read, sections[stage.name])
+            seconds = time.perf_counter() - begin
+            if stored:
+                stored.result()  # a full disk ends the run here
+            recipe = outdated[stage.name]
+            stored = beside.submit(
+                store.save, stage.name, noun, fingerprint=recipe, seconds=seconds
+            )
+            results.keep(stage.name, noun)
+            _log.info("%s: %.2f s", stage.name, seconds)
+            listener(Event(stage.name, "finished", seconds))
+        if stored:
+            stored.result()
 
 
 def outdated_stages(

@@ -135,6 +135,22 @@ def test_a_failed_stage_keeps_what_was_finished_and_is_tried_again():
     assert bench.run() == ["morph", "strain"]
 
 
+@pytest.mark.parametrize("name", ["match", "morph", "strain"])
+def test_a_result_that_cannot_be_stored_ends_the_run(name):
+    bench = Bench()
+    save = bench.store.save
+
+    def save_but_one(stage, *arguments, **named):
+        if stage == name:
+            raise OSError("disk full")
+        save(stage, *arguments, **named)
+
+    bench.store.save = save_but_one
+    with pytest.raises(OSError, match="disk full"):
+        bench.run()
+    assert name not in bench.store.kept
+
+
 def test_a_forced_stage_takes_along_what_reads_it():
     bench = Bench()
     bench.run()
