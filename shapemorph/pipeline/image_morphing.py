@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from shapemorph.methods.sequence_turn import Turn, turn_between
 from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.picture_match import correlate_originals, match_pictures
 from shapemorph.pipeline.sequence import make_sequence
+
+if TYPE_CHECKING:
+    from shapemorph.methods.coarse_grid import Middle
 
 NEAR_PLANE = 3.0  # px: pairs so near the plane through dv are kept in any case
 STIFFNESS = 1e-3  # of the warp through points that whole pixels have found
@@ -39,12 +43,18 @@ class Bridged:
     start : Warp
         First picture -> second, through the points of the middle grid that were carried to
         both: where the last match begins.
+    middle : Middle
+        The regular grid on the picture before the middle, and what was found in the next one.
+    carried : (P, 2, 2) float64
+        These points in the first and in the second picture, without those that were lost.
     """
 
     grid: CorrelationGrid
     matches: Matches
     warps: tuple[Warp, Warp]
     start: Warp
+    middle: "Middle"
+    carried: Floats
 
 
 def bridge_pictures(
@@ -78,10 +88,10 @@ def bridge_pictures(
     matches = clock.run("match", lambda: match_pictures(first, second, LawInputs(), config))
     warps = clock.run("warp", lambda: _warps(first, second, matches, views=views))
     pictures, turn = clock.run("morph", lambda: _pictures(first, second, warps, config))
-    carried = clock.run("carry", lambda: _carried(pictures, warps, turn, config))
+    middle, carried = clock.run("carry", lambda: _carried(pictures, warps, turn, config))
     start = _through(carried, first.shape)
     grid = clock.run("correlate", lambda: correlate_originals(first, second, start, config))
-    return Bridged(grid, matches, warps, start)
+    return Bridged(grid, matches, warps, start, middle, carried)
 
 
 def _pictures(
@@ -137,7 +147,7 @@ def _fitted(
 
 def _carried(
     pictures: Sequence[GreyImage], warps: tuple[Warp, Warp], turn: Turn, config: RunConfig
-) -> Floats:
+) -> tuple["Middle", Floats]:
     """Search the middle grid in the next picture, and carry both outwards."""
     from shapemorph.methods.coarse_grid import carry_by_search, carry_by_warp, search_middle
     from shapemorph.methods.subset_choice import settled_sizes
@@ -160,7 +170,7 @@ def _carried(
             f"expected {ENOUGH} or more points of the middle of the morph sequence in both "
             f"pictures, got {len(carried)}: raise morph.images or correlate.search"
         )
-    return carried
+    return middle, carried
 
 
 def _through(carried: Floats, shape: tuple[int, int]) -> Warp:

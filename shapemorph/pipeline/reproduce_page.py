@@ -6,10 +6,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shapemorph.core.arrays import Floats
+from shapemorph.core.camera import Rig
+from shapemorph.core.matching import Warp
+from shapemorph.core.measurement import Measurement
+from shapemorph.core.status import PointStatus
 from shapemorph.core.stereo_twin import StereoTwin
 from shapemorph.io.measurement_files import read_vtp
 from shapemorph.io.safe_files import whole_file
 from shapemorph.methods.synthetic.membrane.smooth import map_points
+
+SPARSE = 3.0  # times the distance of the measured points: knots of the warp over time
+STIFFNESS = 1e-3  # of that warp
 
 if TYPE_CHECKING:
     from shapemorph.pipeline.reproduce import Reproduction
@@ -60,7 +67,7 @@ def _draw(found: "Reproduction", summary: dict[str, Any], folder: Path) -> list[
         limits = limits_figure(summary["over_stretch"], summary["over_noise"])
         named.append(("09_limits", limits))
     write_pictures(encoded(iter(named)), folder / "figures")
-    _draw_stages(found, folder)
+    _draw_stages(found, measured, folder)
     own = sorted(path.name for path in (folder / "figures").glob("*.png"))
     return [f"figures/{name}" for name in own] + _of_shapes(folder)
 
@@ -76,8 +83,12 @@ def _true_profiles(twin: StereoTwin) -> tuple[Floats, Floats, Floats]:
     return profiles[0], profiles[1], profiles[2]
 
 
-def _draw_stages(found: "Reproduction", folder: Path) -> None:
-    """Draw how image-morphing bridges the views of the last state, as pictures and animation."""
+def _draw_stages(found: "Reproduction", measured: Measurement, folder: Path) -> None:
+    """Draw how image-morphing bridges the views of the last state, as pictures and animation.
+
+    The left one is limited to where the measured part of the first one has gone.
+    """
+    from shapemorph.methods.carried_mask import limit_to_carried
     from shapemorph.methods.warping import warp_points
     from shapemorph.pipeline.clock import Clock
     from shapemorph.pipeline.image_morphing import bridge_pictures
@@ -87,17 +98,21 @@ def _draw_stages(found: "Reproduction", folder: Path) -> None:
     from shapemorph.pipeline.stereo_inputs import stereo_sequence
     from shapemorph.view.figures import encoded, write_pictures
     from shapemorph.view.first_guesses import agreement_figure, guess_figure
-    from shapemorph.view.reproduction import stages_figure
+    from shapemorph.view.stages import stages_figure
 
     run = settings_of(found.config, found.twin_folder, "image_morphing", paper=False)
     sequence = stereo_sequence(run)
     left, right = (sequence.picture(side, sequence.states - 1) for side in ("left", "right"))
+    first = sequence.first()
+    left = limit_to_carried(left, first, _over_time(measured, found.twin.rig, first.shape))
     bridged = bridge_pictures(left, right, with_sizes(run, left), Clock(silent), views=True)
     way = make_sequence(left, right, bridged.warps, run.morph)
     at = bridged.grid.reference_px.reshape(-1, 2)
+    near, far = bridged.carried.swapaxes(0, 1)
+    grids = (near, bridged.middle.early, bridged.middle.late, far)
     guess = (bridged.grid, *warp_points(bridged.start, at), "last state, left to right")
     named = [
-        ("02_stages", stages_figure(way.pictures, bridged.matches)),
+        ("02_stages", stages_figure(way.pictures, bridged.matches, bridged.warps, grids)),
         ("11_first_guesses", guess_figure(*guess)),
         ("12_p_against_p0", agreement_figure(*guess)),
     ]
@@ -105,6 +120,21 @@ def _draw_stages(found: "Reproduction", folder: Path) -> None:
     (folder / "morph").mkdir(exist_ok=True)
     if not (folder / "morph" / "sequence").exists():
         write_sequence(folder / "morph", way)
+
+
+def _over_time(measured: Measurement, rig: Rig, shape: tuple[int, int]) -> Warp:
+    """Warp from the first left picture to the last, through what was measured."""
+    from shapemorph.methods.warp_fit import fit_warp
+
+    ok = measured.arrays["status"] == PointStatus.OK
+    before = measured.reference[ok]
+    source, target = (
+        rig.cameras[0].project(at) for at in (before, before + measured.arrays["displacement"][ok])
+    )
+    spacing = SPARSE * float(np.sqrt(np.ptp(source, axis=0).prod() / len(source)))
+    high = np.array(shape[::-1]) - 1.0
+    extent = (-np.full(2, spacing), high + spacing)
+    return fit_warp(source, target, extent=extent, spacing=spacing, smoothing=STIFFNESS)
 
 
 def _of_shapes(folder: Path) -> list[str]:

@@ -7,8 +7,6 @@ import numpy as np
 
 from shapemorph.core.arrays import Floats, Greys
 from shapemorph.core.camera import Rig
-from shapemorph.core.image import GreyImage
-from shapemorph.core.matching import Matches
 from shapemorph.core.measurement import Measurement
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.twin_errors import TwinPoints
@@ -48,28 +46,6 @@ def stereo_figure(pictures: Sequence[Greys], measured: Measurement, rig: Rig) ->
         seen = rig.cameras[k % 2].project(before if k < 2 else after)
         draw_photograph(own, picture)
         own.plot(seen[:, 0], seen[:, 1], ".", color=DEFORMED_COLOUR, markersize=1.6)
-    return figure
-
-
-def stages_figure(pictures: Sequence[GreyImage], matches: Matches) -> "Figure":
-    """Draw the morph sequence from the left to the right view, and the disparities matched.
-
-    Both originals with their features.
-    """
-    titles = [f"I{k + 1}" for k in range(len(pictures))] + ["du  [px]", "dv  [px]"]
-    note = f"{len(matches.reference_px)} pairs of features; synthetic pictures between both ends"
-    figure, axes = sheet(titles, 4, Heading("Stages of image-morphing, last state", note))
-    for own, picture in zip(axes, pictures, strict=False):
-        draw_photograph(own, picture.grey)
-    for own, at in (
-        (axes[0], matches.reference_px),
-        (axes[len(pictures) - 1], matches.deformed_px),
-    ):
-        own.plot(at[:, 0], at[:, 1], ".", color=DEFORMED_COLOUR, markersize=1.0)
-    shift = matches.deformed_px - matches.reference_px
-    for own, values in zip(axes[-2:], shift.T, strict=True):
-        draw_points(figure, own, matches.reference_px, values, "px")
-        own.invert_yaxis()
     return figure
 
 
