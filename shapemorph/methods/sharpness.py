@@ -84,12 +84,15 @@ def blurred(image: GreyImage, covariance: Floats) -> GreyImage:
 
 
 def _tiles(mask: Bools) -> Ints:
-    """(N, 2) corners of some tiles that lie inside the mask."""
-    rows, cols = (size // TILE for size in mask.shape)
-    share = mask[: rows * TILE, : cols * TILE].reshape(rows, TILE, cols, TILE).mean(axis=(1, 3))
+    """(N, 2) corners of some tiles that lie inside the mask; neighbours share half of them."""
+    step = TILE // 2
+    rows, cols = (size // step for size in mask.shape)
+    share = mask[: rows * step, : cols * step].reshape(rows, step, cols, step).mean(axis=(1, 3))
+    share = 0.5 * (share[1:] + share[:-1])
+    share = 0.5 * (share[:, 1:] + share[:, :-1])
     full = np.argwhere(share >= FULL)
     chosen = np.unique(np.linspace(0, len(full) - 1, min(len(full), MOST_TILES)).astype(int))
-    return np.asarray(full[chosen] * TILE if len(full) else full, np.int64)
+    return np.asarray(full[chosen] * step if len(full) else full, np.int64)
 
 
 def _even(grey: Greys, corner: Ints) -> Greys:

@@ -139,14 +139,9 @@ def correlation_figures(
 def _why_subset(size: int, choice: "SubsetChoice") -> str:
     if size == choice.subset_size:
         return choice.reason
-    if size < choice.subset_size:
-        return (
-            f"subset of {size} px, because the field bends within {choice.subset_size} "
-            "px, the size for this speckle, by more than the shape function follows"
-        )
     return (
-        f"subset of {size} px: {choice.subset_size} px would suit the reference as it is, but both "
-        "sides are seen as softly as the softer one"
+        f"subset of {size} px, because the field bends within {choice.subset_size} "
+        "px, the size for this speckle, by more than the shape function follows"
     )
 
 

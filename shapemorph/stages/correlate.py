@@ -58,7 +58,8 @@ def correlate(
     warp is fitted to what was found and the deformed picture is morphed again, so that
     the last matches see hardly any motion, and no curvature of it, that the shape
     function could not follow. With a `start` that is left out where the shape function
-    follows the field already.
+    follows the field already. Subset and spacing suit the reference as it is: what is done
+    to make both sides alike depends on the first morph, which may be crude.
 
     Parameters
     ----------
@@ -80,9 +81,9 @@ def correlate(
         If no point has a value.
     """
     given = morphed.image
+    size, spacing = settled_sizes(reference, subset_size=config.subset_size, spacing=config.spacing)
     if config.mode == "icgn":
         reference, remorph, morphed = made_alike(reference, remorph, morphed, start)
-    size, spacing = settled_sizes(reference, subset_size=config.subset_size, spacing=config.spacing)
     settings = _settings(config, size // 2)
     measured = reference.mask if region is None else reference.mask & region
     grid = grid_points(measured, spacing=spacing)

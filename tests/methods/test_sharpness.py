@@ -49,6 +49,18 @@ def test_without_enough_tiles_nothing_is_claimed():
     assert not missing_blur(picture(mask=mask), picture(mask=mask, sigma=(2.0, 2.0)))
 
 
+def test_a_blur_is_found_with_little_scatter_where_a_mask_leaves_few_tiles():
+    shown = np.hypot(*np.mgrid[-160:160, -160:160])
+    found = [
+        missing_blur(
+            picture(noise=0.01, mask=shown < radius),
+            picture(sigma=(0.7, 0.7), noise=0.01, seed=1, mask=shown < radius),
+        ).reference
+        for radius in (120.0, 130.0, 140.0, 150.0)
+    ]
+    assert np.ptp(found, axis=0).max() < 0.06  # px^2
+
+
 def test_a_blur_takes_nothing_from_outside_the_mask():
     mask = np.zeros((320, 320), dtype=bool)
     mask[50:270, 40:280] = True

@@ -105,28 +105,40 @@ def test_a_large_deformation_is_found_through_a_warp_that_is_nearly_right(scene)
     assert np.abs(error).max() < 0.1
 
 
-def test_a_side_out_of_focus_is_matched_as_well_as_it_shows():
+def _moved_speckle(shift, blur):
+    """Noisy speckle of 5 px, and the same moved and out of focus by `blur` px."""
     rng = np.random.default_rng(0)
     cols, rows = np.meshgrid(np.arange(320.0), np.arange(320.0))
-    shift = np.array([0.3, -0.2])
     speckle = planar_speckle(diameter=5.0, seed=1)
     sharp, moved = (
         0.5 + 0.15 * speckle.at(np.stack([cols, rows], axis=-1) - by) for by in (0.0, shift)
     )
     noise = rng.normal(0.0, 2 / 255, (2, 320, 320))
     mask = np.ones(sharp.shape, dtype=bool)
-    reference = GreyImage((sharp + noise[0]).astype("f4"), mask)
-    soft = GreyImage((gaussian_filter(moved, 2.0) + noise[1]).astype("f4"), mask)
-    warp = identity_warp(mask.shape)
-    grid = correlate(
-        reference, lambda _warp: soft, Morphed(soft, warp), CorrelateConfig(refinements=0), None
-    )
+    soft = GreyImage((gaussian_filter(moved, blur) + noise[1]).astype("f4"), mask)
+    return GreyImage((sharp + noise[0]).astype("f4"), mask), soft
+
+
+def _correlate_as_they_are(reference, deformed):
+    start = Morphed(deformed, identity_warp(reference.shape))
+    return correlate(reference, lambda _warp: deformed, start, CorrelateConfig(refinements=0), None)
+
+
+def test_a_side_out_of_focus_is_matched_as_well_as_it_shows():
+    shift = np.array([0.3, -0.2])
+    grid = _correlate_as_they_are(*_moved_speckle(shift, 2.0))
     ok = grid.status == PointStatus.OK
     inner = (np.abs(grid.reference_px - 160.0) < 130.0).all(axis=-1)
     assert ok[inner].all()
     error = grid.deformed_px[inner] - grid.reference_px[inner] - shift
     assert np.sqrt((error**2).mean()) < 0.035
     assert np.median(grid.zncc[inner]) > 0.98
+
+
+def test_subset_and_spacing_do_not_depend_on_the_morph():
+    sharp, soft = (_correlate_as_they_are(*_moved_speckle(0.3, blur)) for blur in (0.0, 2.0))
+    assert soft.subset_size == sharp.subset_size
+    assert_array_equal(soft.reference_px, sharp.reference_px)
 
 
 def test_the_gradient_is_that_of_the_whole_map(scene):
