@@ -35,7 +35,8 @@ def named_pictures(base: Path, pattern: str) -> dict[str, Path]:
     relative = str(place.relative_to(place.anchor)) if place.is_absolute() else str(place)
     found = sorted((path for path in root.glob(relative) if path.is_file()), key=_by_number)
     if not found:
-        raise DataError(f"pictures {pattern}: no file in {root} matches")
+        folder = next(path for path in (root / relative).parents if "*" not in path.name)
+        raise DataError(f"pictures {pattern}: no file in {folder} matches")
     head, _, tail = relative.partition("*")
     names = {}
     for path in found:

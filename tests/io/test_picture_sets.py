@@ -36,3 +36,10 @@ def test_one_file_and_an_absolute_pattern(folder):
 def test_says_what_is_missing(folder, pattern, message):
     with pytest.raises(DataError, match=message):
         named_pictures(folder, pattern)
+
+
+def test_a_whole_path_that_matches_nothing_is_said_with_its_folder(tmp_path):
+    with pytest.raises(DataError, match=f"no file in {tmp_path} matches"):
+        named_pictures(tmp_path / "elsewhere", str(tmp_path / "top*.png"))
+    with pytest.raises(DataError, match=f"no file in {tmp_path} matches"):
+        named_pictures(tmp_path, "view*/top.png")
