@@ -33,23 +33,23 @@ class TrackConfig(Section):
 
 
 class RunConfig(Section):
-    """A whole run."""
+    """A whole run; its defaults are not checked, so that only the check of the whole is built."""
 
     version: Literal[1] = Field(1, description="of this file format")
-    inputs: InputsConfig = InputsConfig()
-    track: TrackConfig = TrackConfig()
-    flatten: FlattenConfig = FlattenConfig()
-    match: MatchConfig = MatchConfig()
-    morph: MorphConfig = MorphConfig()
-    correlate: CorrelateConfig = CorrelateConfig()
-    lift: LiftConfig = LiftConfig()
-    spread: SpreadConfig = SpreadConfig()
-    align: AlignConfig = AlignConfig()
-    strain: StrainConfig = StrainConfig()
-    forming: FormingConfig = FormingConfig()
-    reconstruct: ReconstructConfig = ReconstructConfig()
-    report: ReportConfig = ReportConfig()
-    assess: AssessConfig = AssessConfig()
+    inputs: InputsConfig = InputsConfig.model_construct()
+    track: TrackConfig = TrackConfig.model_construct()
+    flatten: FlattenConfig = FlattenConfig.model_construct()
+    match: MatchConfig = MatchConfig.model_construct()
+    morph: MorphConfig = MorphConfig.model_construct()
+    correlate: CorrelateConfig = CorrelateConfig.model_construct()
+    lift: LiftConfig = LiftConfig.model_construct()
+    spread: SpreadConfig = SpreadConfig.model_construct()
+    align: AlignConfig = AlignConfig.model_construct()
+    strain: StrainConfig = StrainConfig.model_construct()
+    forming: FormingConfig = FormingConfig.model_construct()
+    reconstruct: ReconstructConfig = ReconstructConfig.model_construct()
+    report: ReportConfig = ReportConfig.model_construct()
+    assess: AssessConfig = AssessConfig.model_construct()
 
     @model_validator(mode="after")
     def _stress_needs_a_thickness(self) -> Self:

@@ -9,9 +9,12 @@ Vector3 = tuple[float, float, float]
 
 
 class Section(BaseModel):
-    """Base of every section: immutable, unknown keys are errors, `yes` is no number."""
+    """Base of every section: immutable, unknown keys are errors, `yes` is no number.
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    What checks a section is built when it is first used: most commands use few of them.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     @field_validator("*", mode="before")
     @classmethod

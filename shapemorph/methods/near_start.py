@@ -61,7 +61,7 @@ def near_start(
     reference: GreyImage,
     deformed: GreyImage,
     *,
-    speckle: float,
+    speckle: Callable[[], float],
     settings: SubsetSettings,
     min_zncc: float,
 ) -> NearStart | None:
@@ -73,8 +73,8 @@ def near_start(
     Parameters
     ----------
     reference, deformed : GreyImage
-    speckle : float
-        Size of a speckle of the reference, px; NaN if not known.
+    speckle : callable
+        Measures the size of a speckle of the reference, px; NaN if it is not known.
     settings : SubsetSettings
         As for the correlation.
     min_zncc : float
@@ -87,7 +87,8 @@ def near_start(
     """
 
     def repeats() -> bool:
-        return bool(np.isfinite(speckle)) and _repeats(reference, speckle)
+        size = speckle()
+        return bool(np.isfinite(size)) and _repeats(reference, size)
 
     def tried() -> NearStart | None:
         return _tried_start(reference, deformed, settings, min_zncc)

@@ -10,6 +10,7 @@ from scipy import ndimage
 from shapemorph.core.arrays import Floats
 from shapemorph.core.image import GreyImage
 from shapemorph.core.matching import Warp
+from shapemorph.methods.plane_maps import inverse_maps
 from shapemorph.methods.sequence_turn import NO_TURN, Turn
 from shapemorph.methods.warping import warp_points
 
@@ -63,7 +64,7 @@ def follow_points(
     others = [_part(inverse[known], part, turn.back) for part in late]
     steps = [_increment(a, b) for a, b in pairwise(maps)]
     # from the early half to the late one: back to the reference, then half of the way back
-    joint = others[0] @ gradient[known] @ _inverse(maps[-1])
+    joint = others[0] @ gradient[known] @ inverse_maps(maps[-1])
     steps.append(_size(joint))
     steps += [_increment(a, b) for a, b in pairwise(others)]
     return SequencePoints(np.array(first + second), np.array(steps))
@@ -131,16 +132,7 @@ def _part(gradient: Floats, part: float, turn: Turn) -> Floats:
 
 
 def _increment(before: Floats, after: Floats) -> float:
-    return _size(after @ _inverse(before))
-
-
-def _inverse(maps: Floats) -> Floats:
-    """(P, 2, 2) inverses; NaN where a map has collapsed."""
-    (a, b), (c, d) = np.moveaxis(maps[:, 0], -1, 0), np.moveaxis(maps[:, 1], -1, 0)
-    determinant = a * d - b * c
-    adjugate = np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(adjugate / determinant[:, None, None])
+    return _size(after @ inverse_maps(before))
 
 
 def _size(maps: Floats) -> float:

@@ -6,6 +6,7 @@ from shapemorph.core.arrays import Bools, Floats
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.status import PointStatus
 from shapemorph.methods.grid_correlation import GridMatches
+from shapemorph.methods.plane_maps import inverse_maps
 from shapemorph.methods.spline_pictures import SLOPE, SMOOTH, ReferencePicture
 
 TILES = (128, 64, 32)  # px: widths of the tiles from which a spectrum is taken
@@ -53,7 +54,7 @@ def systematic_error(
     )
     shape = np.where((rest != 0.0).any(axis=-1, keepdims=True), -rest, shape)
     slope = np.full(grid.gradient.shape, np.nan)
-    slope[ok] = grid.gradient[ok] @ np.linalg.pinv(found.gradient[ok])
+    slope[ok] = grid.gradient[ok] @ inverse_maps(found.gradient[ok])
     motion = grid.deformed_px - grid.reference_px
     sampled = interpolation_bias(reference, motion, grid.gradient, width=grid.subset_size)
     return np.asarray(np.einsum("rcij,rcj->rci", slope, shape) + sampled)

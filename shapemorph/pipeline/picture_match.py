@@ -229,12 +229,12 @@ def _near_start(left: GreyImage, right: GreyImage, config: RunConfig) -> "NearSt
     from shapemorph.methods.subset_choice import choose_subset
     from shapemorph.methods.threads import kernel_threads
 
-    settings = _near_settings(left, config)
-    speckle = choose_subset(left, subset_size=None, spacing=None).speckle_px
+    def speckle() -> float:
+        return choose_subset(left, subset_size=None, spacing=None).speckle_px
+
+    settings, least = _near_settings(left, config), config.correlate.min_zncc
     with kernel_threads(config.correlate.threads):
-        return near_start(
-            left, right, speckle=speckle, settings=settings, min_zncc=config.correlate.min_zncc
-        )
+        return near_start(left, right, speckle=speckle, settings=settings, min_zncc=least)
 
 
 def _near_settings(left: GreyImage, config: RunConfig) -> "SubsetSettings":

@@ -101,18 +101,20 @@ def correlate_images(
     ConfigError, DataError, StageError
         Nothing is written then.
     """
+    from shapemorph.methods.first_calls import late_loops_compiled
     from shapemorph.methods.planar_strain import planar_strain
 
     check_writable(folder)
     inputs = picture_law_inputs(config)
     config = config.model_copy(update={"correlate": config.correlate.with_certainty()})
     clock = Clock(listener)
-    pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, mask))
-    left, right = pair.reference, pair.deformed
-    with showing_failed_match(folder, lambda: (left, right)):
-        found = follow_pictures(left, right, config, inputs, clock)
-    grid = found.grid
-    strain = clock.run("strain", lambda: planar_strain(grid, window=config.strain.window))
+    with late_loops_compiled():
+        pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, mask))
+        left, right = pair.reference, pair.deformed
+        with showing_failed_match(folder, lambda: (left, right)):
+            found = follow_pictures(left, right, config, inputs, clock)
+        grid = found.grid
+        strain = clock.run("strain", lambda: planar_strain(grid, window=config.strain.window))
     field = PlanarField(left, grid, strain, found.matches, pair.figures())
     with scratch_folder(folder) as scratch:
         clock.run("write", lambda: write_field(scratch, field, config))

@@ -2,6 +2,7 @@
 
 import contextlib
 import platform
+import re
 import resource
 import sys
 from collections.abc import Mapping
@@ -47,8 +48,13 @@ def versions() -> dict[str, str]:
 
 
 def _version(package: str) -> str | None:
-    """Version of a package under any name that it is distributed by."""
-    for distribution in (package, *_OTHER_DISTRIBUTIONS.get(package, ())):
+    """Version of a package under any name that it is distributed by.
+
+    Looked up in the text of its metadata, of which a parser would read the whole manual.
+    """
+    for name in (package, *_OTHER_DISTRIBUTIONS.get(package, ())):
         with contextlib.suppress(metadata.PackageNotFoundError):
-            return metadata.version(distribution)
+            text = metadata.distribution(name).read_text("METADATA") or ""
+            if found := re.search(r"^Version:\s*(\S+)", text, re.MULTILINE):
+                return found[1]
     return None

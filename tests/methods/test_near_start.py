@@ -30,7 +30,7 @@ def picture(matrix=((1.0, 0.0), (0.0, 1.0)), shift=(0.0, 0.0), seed=3):
 
 def start(first, second):
     speckle = speckle_size(first.grey, first.mask)
-    return near_start(first, second, speckle=speckle, settings=SETTINGS, min_zncc=0.7)
+    return near_start(first, second, speckle=lambda: speckle, settings=SETTINGS, min_zncc=0.7)
 
 
 def test_a_small_motion_needs_no_features():
