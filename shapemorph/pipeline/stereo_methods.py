@@ -12,6 +12,7 @@ from shapemorph.pipeline.clock import Clock
 from shapemorph.pipeline.image_morphing import bridge_pictures
 from shapemorph.pipeline.stereo_inputs import SIDES, StereoSequence
 from shapemorph.pipeline.tracking import Tracker
+from shapemorph.stages.reconstruct import refuse_contradiction
 
 
 def follow_incrementally(
@@ -39,6 +40,8 @@ def follow_incrementally(
 
     Raises
     ------
+    DataError
+        If the rig contradicts the first pair of pictures.
     StageError
         If a picture shows nothing of the one before.
     """
@@ -53,6 +56,7 @@ def follow_incrementally(
         return trackers[side].follow(f"{side} {frame.name}", picture).grid
 
     across = clock.run("across", lambda: step("right", 0))
+    refuse_contradiction(sequence.rig, across)
     for state in range(1, sequence.states):
         at_once = partial(run_at_once, partial(step, state=state), SIDES)
         left, right = clock.run(f"state {sequence.left[state].name}", at_once)
@@ -82,6 +86,8 @@ def follow_by_morphing(
 
     Raises
     ------
+    DataError
+        If the rig contradicts the first pair of pictures.
     StageError
         If a pair cannot be bridged.
     """
@@ -92,6 +98,7 @@ def follow_by_morphing(
 
     first = sequence.first()
     across = bridged(first, sequence.picture("right", 0), views=True)
+    refuse_contradiction(sequence.rig, across)
     states = range(1, sequence.states) if every_state else [sequence.states - 1]
     for state in states:
         left, right = (sequence.picture(side, state) for side in ("left", "right"))

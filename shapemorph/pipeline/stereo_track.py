@@ -130,10 +130,8 @@ def _measured(
     from shapemorph.methods.assemble import assemble_measurement
     from shapemorph.methods.cameras.stereo_surface import stereo_surface
     from shapemorph.methods.charts.ownership import one_page
-    from shapemorph.stages.reconstruct import refuse_contradiction
     from shapemorph.stages.strain import strain
 
-    refuse_contradiction(sequence.rig, grids.across)
     tracked = clock.run("triangulate", lambda: stereo_surface(sequence.rig, grids))
     field = clock.run("strain", lambda: strain(tracked, grids.left, config.strain))
     pages = one_page(tracked.status.shape)

@@ -110,8 +110,9 @@ def test_a_calibration_of_another_size_is_refused(case, tmp_path):
     assert not (tmp_path / "run").exists()
 
 
-def test_swapped_cameras_are_noticed(case, tmp_path):
-    config = settings(case, "incremental")
+@pytest.mark.parametrize("method", ["incremental", "image_morphing"])
+def test_swapped_cameras_are_noticed_before_anything_is_followed(case, tmp_path, method):
+    config, steps = settings(case, method), []
     inputs = config.inputs.model_copy(
         update={
             "left": config.inputs.right,
@@ -120,6 +121,7 @@ def test_swapped_cameras_are_noticed(case, tmp_path):
         }
     )
     with pytest.raises(DataError, match="cameras swapped"):
-        track_stereo(
-            config.model_copy(update={"inputs": inputs}), tmp_path, listener=lambda _: None
-        )
+        track_stereo(config.model_copy(update={"inputs": inputs}), tmp_path, listener=steps.append)
+    begun = [step.name for step in steps if step.state == "started"]
+    assert not [name for name in begun if name.startswith("state")]
+    assert begun.count("correlate") <= 1
