@@ -139,7 +139,8 @@ def lost_grid(
 
 def warp_through(grid: CorrelationGrid, base: Warp) -> Warp:
     """Fit a smooth warp to a grid; where it has no values, it goes on like `base`."""
-    magnified = np.abs(np.linalg.det(grid.gradient))
+    (along_x, shear_x), (shear_y, along_y) = np.moveaxis(grid.gradient, (-2, -1), (0, 1))
+    magnified = np.abs(along_x * along_y - shear_x * shear_y)  # LAPACK warns of NaN
     noise = np.sqrt((grid.sigma_px**2).mean(axis=-1) / np.maximum(magnified, LEAST_AREA))
     noise = np.maximum(noise, LEAST_NOISE)
     reach = (REACH[0] * grid.subset_size, REACH[1] * grid.subset_size)

@@ -119,6 +119,13 @@ def test_a_warp_through_a_grid_follows_it():
     assert_allclose(warp_points(warp, inner)[0], bend(inner)[0], atol=0.02)
 
 
+def test_a_warp_through_a_grid_passes_over_lost_points():
+    lost = make_grid(bend, lost=[((3, 4), PointStatus.OUTLIER), ((9, 9), PointStatus.LOW_ZNCC)])
+    warp = warp_through(lost, identity_warp((200, 200)))
+    at = lost.reference_px[3:10, 4:10].reshape(-1, 2)
+    assert_allclose(warp_points(warp, at)[0], bend(at)[0], atol=0.05)
+
+
 def test_a_lost_grid_has_the_points_of_the_mask():
     mask = np.zeros((40, 60), dtype=bool)
     mask[10:30, 20:50] = True
