@@ -31,8 +31,8 @@ def stages_figure(
 ) -> "Figure":
     """Draw how two pictures are bridged.
 
-    First the features of both, with the outline of a mask that leaves something out, and the
-    disparities of the features; then the surfaces through these, forth and back; then the
+    First the matched points of both, with the outline of a mask that leaves something out, and
+    their disparities; then the surfaces through these, forth and back; then the
     pictures I1 to IN, with the grid on both in the middle and where it was carried to.
 
     Parameters
@@ -41,7 +41,7 @@ def stages_figure(
         N even; both originals at the ends.
     matches : Matches
     warps : two Warp
-        Forward and backward, through the features.
+        Forward and backward, through the matched points.
     grids : four (P, 2) arrays
         On the first picture, on both in the middle and on the last, px; the two at the ends may
         have fewer points.
@@ -52,21 +52,21 @@ def stages_figure(
        deformation analysis with stereo-DIC. Optics and Lasers in Engineering, Fig. 2.
        :doi:`10.1016/j.optlaseng.2017.06.020`
     """
-    titles = ["mask and features, first", "features, second"]
-    titles += ["du of features", "dv of features"]
+    titles = ["mask and matched points, first", "matched points, second"]
+    titles += ["du of matched points", "dv of matched points"]
     titles += ["du, forward", "dv, forward", "du, backward", "dv, backward"]
     titles += [f"I{k + 1}" for k in range(len(pictures))]
-    note = f"{len(matches.reference_px)} pairs of features; the grid starts in the middle"
+    note = f"{len(matches.reference_px)} pairs, found from features; the grid starts in the middle"
     figure, axes = sheet(titles, 4, Heading("Stages of image-morphing, last state", note))
     ends = (pictures[0], matches.reference_px), (pictures[-1], matches.deformed_px)
-    for own, (image, features) in zip(axes, ends, strict=False):
+    for own, (image, points) in zip(axes, ends, strict=False):
         draw_photograph(own, image.grey)
         _draw_outline(own, image.mask)
-        own.plot(features[:, 0], features[:, 1], ".", color=DEFORMED_COLOUR, markersize=1.0)
+        own.plot(points[:, 0], points[:, 1], ".", color=DEFORMED_COLOUR, markersize=1.0)
     shift = matches.deformed_px - matches.reference_px
     _draw_disparities(figure, axes[2:4], matches.reference_px, shift)
-    for k, (warp, (image, features)) in enumerate(zip(warps, ends, strict=True)):
-        at = _between(image, features)
+    for k, (warp, (image, points)) in enumerate(zip(warps, ends, strict=True)):
+        at = _between(image, points)
         moved = warp_points(warp, at)[0] - at
         _draw_disparities(figure, axes[4 + 2 * k : 6 + 2 * k], at, moved)
     for own, image in zip(axes[8:], pictures, strict=True):
@@ -79,12 +79,12 @@ def stages_figure(
     return figure
 
 
-def _between(image: GreyImage, features: Floats) -> Floats:
-    """Points (N, 2) of a regular grid on the mask, between the features and not beyond them."""
+def _between(image: GreyImage, points: Floats) -> Floats:
+    """Regular grid (N, 2) on the mask, between some points and not beyond them."""
     from scipy.spatial import Delaunay
 
     at = grid_points(image.mask, max(image.shape) / SURFACE_ACROSS)
-    between: Floats = at[Delaunay(features).find_simplex(at) >= 0]
+    between: Floats = at[Delaunay(points).find_simplex(at) >= 0]
     return between
 
 
