@@ -9,6 +9,7 @@ import shapemorph
 from shapemorph.cli.console import configure_log, show, show_json, watching
 from shapemorph.cli.options import Output, Say, Settings
 from shapemorph.cli.pictures import Pictures, correlate_pictures, with_figures
+from shapemorph.cli.recipes import run_config
 from shapemorph.cli.runs import (
     both,
     bring_up_to_date,
@@ -16,7 +17,6 @@ from shapemorph.cli.runs import (
     is_config,
     pair_config,
     print_result,
-    run_config,
     with_steps,
 )
 

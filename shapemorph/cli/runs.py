@@ -111,30 +111,6 @@ def both(deformed: Path | None, command: str) -> Path:
     return deformed
 
 
-def run_config(
-    path: Path,
-    output: Path | None,
-    settings: Settings,
-    say: Say,
-    *,
-    until: str | None = None,
-    force: Sequence[str] = (),
-) -> int:
-    """Bring the run of a configuration file up to date."""
-    from shapemorph.pipeline.pictures import measures_pictures
-
-    config = read_run_config(path, settings)
-    if config.inputs.left is not None:
-        from shapemorph.cli.stereo import track_pictures
-
-        return track_pictures(config, output or _home(path), say)
-    if measures_pictures(config):
-        from shapemorph.cli.pictures import bring_pictures_up_to_date
-
-        return bring_pictures_up_to_date(config, output or _home(path), say, until, bool(force))
-    return bring_up_to_date(config, output or _home(path), say, until=until, force=force)
-
-
 def bring_up_to_date(
     config: "RunConfig",
     folder: Path,
@@ -185,13 +161,3 @@ def print_result(
     else:
         show("\n".join(describe(folder, summary)))
     return 0
-
-
-def _home(path: Path) -> Path:
-    """Folder of a run: that of its own run.yaml, else one named after the configuration."""
-    if path.is_dir():
-        return path
-    records = ("outputs.json", "pictures.json")
-    if path.name == "run.yaml" and any((path.parent / name).is_file() for name in records):
-        return path.parent
-    return Path(f"{path.stem}_run")

@@ -41,7 +41,8 @@ def track(  # noqa: PLR0913 - one for each option
     mask
         Picture of the size of the first left one, white = measured.
     """
-    from shapemorph.cli.runs import is_config, pair_config, run_config
+    from shapemorph.cli.recipes import run_config
+    from shapemorph.cli.runs import is_config, pair_config
     from shapemorph.cli.stereo import track_pictures
 
     if left is None and right is None and is_config(calibration):
