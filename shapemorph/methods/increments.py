@@ -8,9 +8,10 @@ from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.grid import CorrelationGrid
 from shapemorph.core.matching import Warp
 from shapemorph.core.status import PointStatus
+from shapemorph.methods.grid_smoothing import fill_gaps
 from shapemorph.methods.morph_sequence import origins_of_points
 from shapemorph.methods.subset_dic import grid_points
-from shapemorph.methods.warp_renewal import MARGIN, fill_gaps, renew_warp, spline_through
+from shapemorph.methods.warp_renewal import MARGIN, FoundGrid, renew_warp, spline_through
 
 REACH = (0.3, 1.0)  # of the subset: over these lengths a warp through a grid averages
 LEAST_NOISE = 1e-4  # px
@@ -145,7 +146,8 @@ def warp_through(grid: CorrelationGrid, base: Warp) -> Warp:
     noise = np.maximum(noise, LEAST_NOISE)
     reach = (REACH[0] * grid.subset_size, REACH[1] * grid.subset_size)
     points = np.rint(grid.reference_px).astype(np.int64)
-    return renew_warp(base, points, grid.deformed_px, noise, spacing=grid.spacing, reach=reach)
+    found = FoundGrid(points, grid.deformed_px, noise, grid.spacing)
+    return renew_warp(base, found, reach=reach)
 
 
 def continued(increment: CorrelationGrid, warp: Warp, shape: tuple[int, int]) -> Warp:

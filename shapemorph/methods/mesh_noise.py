@@ -5,11 +5,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shapemorph.core.arrays import Floats, Ints
+from shapemorph.core.mesh import TexturedMesh
 from shapemorph.methods.least_squares import fit_operators
+from shapemorph.methods.vertex_normals import vertex_normals
 
 _MOST_NEIGHBOURS = 60  # of three rings in a regular mesh there are 36
 _WORST_CONDITION = 1e9
 _CUBIC_TERMS = 10
+_ROUGHLY = 300  # vertices: their quantile is known to some 5 %
 _SMOOTHEST, _SMOOTHEST_NORMAL = 0.2, -0.8416  # quantile, and that of the unit normal
 
 
@@ -46,6 +49,12 @@ def vertex_noise(vertices: Floats, faces: Ints, normals: Floats, *, samples: int
     return float(np.sqrt(np.quantile(variances, _SMOOTHEST))) if len(variances) else 0.0
 
 
+def rough_vertex_noise(mesh: TexturedMesh) -> float:
+    """Estimate the noise of the vertices of a mesh from a few of them, mm."""
+    normals = vertex_normals(mesh.vertices, mesh.faces, passes=2)
+    return vertex_noise(mesh.vertices, mesh.faces, normals, samples=_ROUGHLY)
+
+
 def _three_rings(faces: Ints, count: int, chosen: Ints) -> sparse.csr_array:
     """Rows of the vertices at most three edges away from the chosen ones."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -69,7 +78,7 @@ def _residual_variances(
     height = np.einsum("nka,na->nk", relative, normal)
     terms = _cubic(_in_plane(relative, normal), inside)
     operators = fit_operators(terms, inside, worst_condition=_WORST_CONDITION)
-    fitted = np.einsum("nkm,nmj,nj->nk", terms, operators, height)
+    fitted = (terms @ (operators @ height[..., None]))[..., 0]
     residual = np.where(inside, height - fitted, 0.0)
     freedom = inside.sum(axis=1) - _CUBIC_TERMS
     sound = np.isfinite(residual).all(axis=1) & (freedom >= _CUBIC_TERMS // 2)

@@ -1,8 +1,11 @@
 """What the noise of mesh vertices does to matches between their pictures."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
+from shapemorph.core.image import CalibratedImage
 
 _PATTERN = 1.55
 """By how much an average over a pattern is noisier than one over its area: steep grey counts.
@@ -42,6 +45,35 @@ def averaged_noise(
     noise = _PATTERN * vertex_noise / np.sqrt(np.maximum(count, 1))
     lost = ~np.isfinite(points_px).all(axis=1) | ~np.isfinite(width_px)
     return np.where(lost, np.nan, noise)
+
+
+def pattern_grain(
+    reference: CalibratedImage, deformed: CalibratedImage, noise: Sequence[float]
+) -> float:
+    """Tell roughly what noisy vertices do to matches, before any is found.
+
+    Parameters
+    ----------
+    reference, deformed : CalibratedImage
+        Taken to show one piece of surface, evenly.
+    noise : two floats
+        Standard deviation of one coordinate of a vertex of either mesh, mm.
+
+    Returns
+    -------
+    float
+        Standard deviation of one component of a match, times the width of its subset, px^2
+        of the reference picture.
+    """
+    areas = [float(side.image.mask.sum()) for side in (reference, deformed)]
+    scales = (1.0, areas[0] / max(areas[1], 1.0))  # from px^2 of each picture to the first
+    parts = [
+        scale * sigma * side.chart.px_per_mm * np.sqrt(area / max(len(side.chart.vertex_px), 1))
+        for side, sigma, area, scale in zip(
+            (reference, deformed), noise, areas, scales, strict=True
+        )
+    ]
+    return _PATTERN * float(np.hypot(*parts))
 
 
 def leverage_of_cut_subsets(mask: Bools, points: Ints, width: int) -> Floats:

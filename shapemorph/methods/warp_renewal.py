@@ -1,169 +1,210 @@
-"""A warp corrected by what correlation found on a grid."""
+"""A warp renewed from what correlation found on a grid."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from shapemorph.core.arrays import Bools, Floats, Ints
 from shapemorph.core.matching import Warp
+from shapemorph.methods.grid_smoothing import GridSmoother, bends, fill_gaps
 from shapemorph.methods.warping import warp_points
 
 SMOOTHING = (0.3, 1.0)  # of the subset: over these lengths a renewed warp averages the points
 MARGIN = 6  # cells around the grid; the spline forgets its border by 0.27 per cell
-TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-RIDGE = 1e-6  # of the weight: keeps fits at rims and corners solvable
+AGAIN = 8  # times that a wide field is sought in what it has left, where that says more than noise
 QUIET = 25.0  # percentile of the points at which most fields are smooth
 QUIET_RAYLEIGH = 0.7585  # that percentile of the length of two unit normals
-MOST_NOISE = 1.5  # difference of the two fits by noise alone, in rough random errors
+FRESH_NOISE = 0.3  # random errors: a difference by less is left as it was; it has no noise
+AGAIN_NOISE = 0.55  # random errors that a difference has at most by noise alone
+NARROW_NOISE = 1.5  # likewise
 STANDS_OUT = 3.5  # times the noise of the difference
-ENOUGH = 0.05  # weight of measured points that a gap is filled from
-COMPARED = 2.0  # widths of the wide fit: so far around a place fits are compared
 TINY = 1e-9  # keeps quotients finite
+FEWEST = 15  # points: a smaller piece follows its neighbours
+
+Box = tuple[slice, slice]
 
 
-def renew_warp(
-    warp: Warp,
-    points: Ints,
-    deformed: Floats,
-    noise: Floats,
-    *,
-    spacing: int,
-    reach: tuple[float, float],
-) -> Warp:
-    """Correct a warp by what a grid of points says, smoothed.
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundGrid:
+    """Where a regular grid of points went.
 
-    What the points say beyond the warp is fitted around each of them by a quadratic
-    surface with Gaussian weights. So the warp takes over the curvature of the field,
-    which an affine subset cannot follow, but not the noise of single points: what varies
-    within a subset is not measured again by the next correlation, it stays. The fit is
-    wide, and narrow where it differs from the wide one by more than noise: near kinks.
-    Points that are less certain than most, as cut subsets are, weigh less, so that the warp
-    does not bend with their noise where it runs out.
-
-    Parameters
+    Attributes
     ----------
-    warp : Warp
-        Reference -> deformed.
-    points : (R, C, 2)
-        Regular grid in the reference, px.
+    points : (R, C, 2) int64
+        In the reference, px.
     deformed : (R, C, 2)
-        Where the points went, px.
+        px.
     noise : (R, C)
         Rough random error of a component of each point, > 0, px of the reference; NaN where
         the point is not to be trusted.
     spacing : int
         Of the grid, px.
-    reach : (float, float)
-        Standard deviation of the weights of the narrow and of the wide fit, px.
+    seen : (R, C, 3) or None
+        What the subsets that found the points make of bending, px^2, see
+        :func:`~shapemorph.methods.seen_bends.seen_bends`; None where the positions hold at
+        the points themselves.
+    whole : (R, C) bool or None
+        Subsets that no rim cuts: they alone tell what is narrow. None for all.
     """
-    x = _lattice(points[0, :, 0], spacing)
-    y = _lattice(points[:, 0, 1], spacing)
-    knots = np.stack(np.meshgrid(x, y), axis=-1)
-    before = continue_warp(warp, knots.reshape(-1, 2)).reshape(knots.shape)
-    inner = (slice(MARGIN, -MARGIN), slice(MARGIN, -MARGIN))
-    known = np.zeros(before.shape[:2], dtype=bool)
-    usable = np.isfinite(noise)
-    known[inner] = usable
-    found = before.copy()
-    found[inner][usable] = deformed[usable]
-    level = np.zeros((*known.shape, 1))
-    level[known, 0] = noise[usable]
-    weight = np.zeros(known.shape)
-    weight[known] = np.minimum(np.median(noise[usable]) / noise[usable], 1.0) ** 2
-    narrow, wide = (each / spacing for each in reach)
-    smooth = _smooth_correction(before, found, weight, seen=narrow, reach=wide)
-    closer = fill_gaps(*smooth_quadratic(found - before, weight, reach=narrow)) - smooth
-    share = _narrow_share(
-        _in_reference(closer, before), fill_gaps(level, known)[..., 0] / spacing, known
-    )
-    target = before + smooth + share[..., None] * closer
-    return Warp(spline_through(target), np.array([x[0], y[0]]), float(spacing))
+
+    points: Ints
+    deformed: Floats
+    noise: Floats
+    spacing: int
+    seen: Floats | None = None
+    whole: Bools | None = None
 
 
-def _smooth_correction(
-    before: Floats, found: Floats, weight: Floats, *, seen: float, reach: float
-) -> Floats:
-    """(R, C, 2) smooth fit of what points found beyond the warp, or of all that they found.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Knots:
+    """The same on a grid with a margin, and the warp there."""
 
-    The first keeps details of the warp that the points would be too coarse to tell, the
-    second is free of what a warp of few features has made up. Both are fits of one width, so
-    that the squares of what is left over compare them: around each place they are mixed so
-    that these are least. What is made up the points have seen as their subsets do, averaged
-    over a Gaussian of `seen` cells; the rest of it they have as errors of their own.
+    before: Floats
+    found: Floats
+    noise: Floats
+    seen: Floats
+    whole: Bools
 
-    References
-    ----------
-    D. H. Wolpert, "Stacked generalization", Neural Networks 5 (1992),
-    doi:10.1016/S0893-6080(05)80023-1.
-    """
-    from scipy.ndimage import gaussian_filter
-
-    trend = _affine_trend(found, weight)
-    both, sound = smooth_quadratic(
-        np.concatenate([found - before, found - trend], axis=-1), weight, reach=reach
-    )
-    kept = fill_gaps(both[..., :2], sound)
-    change = fill_gaps(both[..., 2:] + trend - before, sound) - kept
-    apart, left = _in_reference(change, before), _in_reference(found - before - kept, before)
-    apart = gaussian_filter(apart, (seen, seen, 0))
-    gain, size = (
-        gaussian_filter(weight * (apart * each).sum(axis=-1), COMPARED * reach)
-        for each in (left, apart)
-    )
-    share = np.clip(gain / np.maximum(size, TINY**2), 0.0, 1.0)
-    return np.asarray(kept + share[..., None] * change)
+    def within(self, box: Box, piece: Bools) -> "_Knots":
+        """Cut out a box, with the points of one piece alone."""
+        noise = np.where(piece, self.noise, np.nan)[box]
+        return _Knots(self.before[box], self.found[box], noise, self.seen[box], self.whole[box])
 
 
-def _affine_trend(values: Floats, weight: Floats) -> Floats:
-    """(R, C, 2) affine map of a grid that fits its values (R, C, 2) best."""
-    rows, cols = np.indices(weight.shape, dtype=np.float64)
-    terms = np.stack([np.ones_like(rows), cols, rows], axis=-1)
-    root, chosen = np.sqrt(weight[weight > 0])[:, None], weight > 0
-    map_ = np.linalg.lstsq(root * terms[chosen], root * values[chosen])[0]
-    return np.asarray(terms @ map_)
+def renew_warp(warp: Warp, grid: FoundGrid, *, reach: tuple[float, float]) -> Warp:
+    """Correct a warp by what a grid of points says, smoothed.
 
+    What the points say beyond the warp is fitted around each of them by a quadratic surface
+    with Gaussian weights. So the warp takes over the curvature of the field, which an affine
+    subset cannot follow, but not the noise of single points: what varies within a subset is
+    not measured again by the next correlation, it stays. Points that are less certain than
+    most, as cut subsets are, weigh less, so that the warp does not bend with their noise
+    where it runs out.
 
-def smooth_quadratic(values: Floats, weight: Floats, *, reach: float) -> tuple[Floats, Bools]:
-    """Fit a quadratic surface around every point of a grid, with Gaussian weights.
+    A warp that bends where the field does not, as one of few features does, most beside
+    rims, spoils what is found through it: subsets give positions that are off by what they
+    cannot follow, one way or another as a rim cuts them. So the whole field is sought afresh
+    as well: the bending of the warp, as the subsets saw it, is taken back; then the fit is
+    applied to what it leaves until the subsets would have seen in the field what they saw;
+    then, for kinks, a narrow fit. Each counts where it differs from the one before by more
+    than noise makes it.
 
     Parameters
     ----------
-    values : (R, C, D)
-    weight : (R, C)
-        Of each value, from 0, where it is not known, to 1.
-    reach : float
-        Standard deviation of the Gaussian weights, in points.
-
-    Returns
-    -------
-    smooth : (R, C, D)
-        The surface at its own centre.
-    sound : (R, C) bool
-        Where known points lie on all sides, or near, so that the fit is one.
+    warp : Warp
+        Reference -> deformed; the points were found through it. It goes on where there are
+        none.
+    grid : FoundGrid
+    reach : (float, float)
+        Standard deviation of the weights of the narrow and of the wide fit, px.
     """
-    from scipy.ndimage import correlate1d
+    spacing = grid.spacing
+    x = _lattice(grid.points[0, :, 0], spacing)
+    y = _lattice(grid.points[:, 0, 1], spacing)
+    places = np.stack(np.meshgrid(x, y), axis=-1)
+    before = continue_warp(warp, places.reshape(-1, 2)).reshape(places.shape)
+    knots = _laid_out(before, grid)
+    known = np.isfinite(knots.noise)
+    usual = float(np.median(knots.noise[known]))
+    correction = np.zeros_like(before)
+    in_points = (reach[0] / spacing, reach[1] / spacing)
+    for box, piece, owned in _pieces(known, apart=in_points[1]):
+        some = _correction(knots.within(box, piece), usual, in_points)
+        correction[box] = np.where(owned[box][..., None], some, correction[box])
+    return Warp(spline_through(before + correction), np.array([x[0], y[0]]), float(spacing))
 
-    offsets = np.arange(-int(np.ceil(3 * reach)), int(np.ceil(3 * reach)) + 1) / reach
-    kernels = [np.exp(-0.5 * offsets**2) * offsets**n for n in range(5)]
 
-    def moment(field: Floats, along_x: int, along_y: int) -> Floats:
-        rows = correlate1d(field, kernels[along_x], axis=1, mode="constant")
-        return np.asarray(correlate1d(rows, kernels[along_y], axis=0, mode="constant"))
+def _laid_out(before: Floats, grid: FoundGrid) -> _Knots:
+    """Lay the grid into one with a margin."""
+    inner = (slice(MARGIN, -MARGIN), slice(MARGIN, -MARGIN))
+    usable = np.isfinite(grid.noise)
+    found, noise = before.copy(), np.full(before.shape[:2], np.nan)
+    found[inner][usable] = grid.deformed[usable]
+    noise[inner][usable] = grid.noise[usable] / grid.spacing
+    seen = np.zeros((*noise.shape, 3))
+    if grid.seen is not None:
+        seen[inner] = grid.seen / grid.spacing**2
+    whole = np.isfinite(noise)
+    if grid.whole is not None:
+        whole[inner] &= grid.whole
+    return _Knots(before, found, noise, seen, whole)
 
-    known = weight > 0
-    table = {(a, b): moment(weight, a, b) for a in range(5) for b in range(5 - a)}
-    normal = np.stack([[table[p[0] + q[0], p[1] + q[1]] for p in TERMS] for q in TERMS])
-    normal = np.moveaxis(normal, (0, 1), (-2, -1))
-    right = np.stack(
-        [
-            [moment(weight * np.where(known, values[..., k], 0.0), *p) for p in TERMS]
-            for k in range(values.shape[-1])
-        ]
-    )
-    right = np.moveaxis(right, (0, 1), (-1, -2))
-    sound = table[0, 0] > ENOUGH * (kernels[0].sum() ** 2)
-    smooth = np.zeros_like(values)
-    ridge = RIDGE * table[0, 0][sound][:, None, None] * np.eye(len(TERMS))
-    smooth[sound] = np.linalg.solve(normal[sound] + ridge, right[sound])[:, 0]
-    return smooth, sound
+
+def _pieces(known: Bools, *, apart: float) -> Iterator[tuple[Box, Bools, Bools]]:
+    """Part the known points of a grid into pieces that lie apart, such as pages.
+
+    Yields
+    ------
+    box : two slices
+        The piece with a margin around it.
+    piece, owned : (R, C) bool
+        Its points, and the places nearer to it than to others.
+    """
+    from scipy.ndimage import binary_dilation, distance_transform_edt, find_objects, label
+
+    square = np.ones((3, 3), dtype=bool)
+    grown = binary_dilation(known, square, iterations=max(1, int(apart / 2)))
+    labels, number = label(grown, square)
+    labels[~known] = 0
+    large = np.flatnonzero(np.bincount(labels.ravel(), minlength=number + 1)[1:] >= FEWEST) + 1
+    if len(large) < 2:
+        yield (slice(None), slice(None)), known, np.ones_like(known)
+        return
+    kept = np.isin(labels, large)
+    at = distance_transform_edt(~kept, return_distances=False, return_indices=True)
+    nearest = labels[tuple(at)]
+    for which, found in enumerate(find_objects(labels), start=1):
+        if which in large:
+            box = tuple(slice(max(s.start - MARGIN, 0), s.stop + MARGIN) for s in found)
+            yield (box[0], box[1]), labels == which, nearest == which
+
+
+def _correction(knots: _Knots, usual: float, reach: tuple[float, float]) -> Floats:
+    """(R, C, 2) what the points of one piece add to the warp."""
+    known = np.isfinite(knots.noise)
+    weight = np.where(known, np.minimum(usual / np.where(known, knots.noise, 1.0), 1.0) ** 2, 0.0)
+    narrow, wide = (GridSmoother.over(weight, reach=each) for each in reach)
+    added = fill_gaps(wide(knots.found - knots.before), wide.sound)
+    for smoother, times, most, telling in (
+        (wide, 0, FRESH_NOISE, known),
+        (wide, AGAIN, AGAIN_NOISE, known),
+        (narrow, 1, NARROW_NOISE, known & knots.whole),
+    ):
+        other = _sought(knots, smoother, times=times)
+        added += _where_apart(other - added, knots, telling, most=most)
+    return added
+
+
+def _sought(knots: _Knots, smoother: GridSmoother, *, times: int) -> Floats:
+    """(R, C, 2) fit of the whole field, less the warp, through what its subsets saw of it."""
+    flat = _flat(knots.before)
+    bent = knots.before - flat
+    found = knots.found - flat + _seen_of(bent, knots.seen)
+    added = fill_gaps(smoother(found) - bent, smoother.sound)
+    for _ in range(times):
+        added += smoother(found - bent - added - _seen_of(bent + added, knots.seen))
+    return fill_gaps(added, smoother.sound)
+
+
+def _where_apart(apart: Floats, knots: _Knots, telling: Bools, *, most: float) -> Floats:
+    """Differences (R, C, 2) of two fits where they stand out of the noise of the points."""
+    apart_there = _in_reference(apart, knots.before)
+    share = _share_of_other(apart_there, knots.noise, telling, most=most)
+    return fill_gaps(share[..., None] * apart, telling)
+
+
+def _seen_of(field: Floats, seen: Floats) -> Floats:
+    """(R, C, 2) how far the bending of a field moves what subsets find."""
+    return np.asarray((bends(field) * seen[..., None, :]).sum(axis=-1))
+
+
+def _flat(field: Floats) -> Floats:
+    """Fit the plane through an (R, C, 2) field."""
+    rows, columns = np.indices(field.shape[:2], dtype=np.float64)
+    terms = np.stack([np.ones_like(rows), rows, columns], axis=-1).reshape(-1, 3)
+    plane = terms @ np.linalg.lstsq(terms, field.reshape(-1, 2), rcond=None)[0]
+    return np.asarray(plane.reshape(field.shape))
 
 
 def _in_reference(change: Floats, targets: Floats) -> Floats:
@@ -178,19 +219,32 @@ def _in_reference(change: Floats, targets: Floats) -> Floats:
     return np.stack([(yr * x - xr * y) / area, (xc * y - yc * x) / area], axis=-1)
 
 
-def _narrow_share(apart: Floats, noise: Floats, known: Bools) -> Floats:
-    """(R, C) share of the narrow fit: all where both fits lie apart by more than noise.
+def _share_of_other(apart: Floats, noise: Floats, telling: Bools, *, most: float) -> Floats:
+    """(R, C) share of another fit: all where two fits lie apart by more than noise.
 
-    One point is not asked alone: its own error is nearly all that its narrow fit shows.
+    One point is not asked alone: its own error is nearly all that a narrow fit shows.
     """
+    share = np.zeros(telling.shape)
+    if not telling.any():
+        return share
+    squares = np.zeros(telling.shape)
+    squares[telling] = (apart[telling] ** 2).sum(axis=-1) / np.maximum(noise[telling], TINY) ** 2
+    usual = min(np.sqrt(np.percentile(squares[telling], QUIET)) / QUIET_RAYLEIGH, most)
+    squares = _around(squares, telling)
+    share[telling] = 1.0 / (
+        1.0 + ((STANDS_OUT * usual) ** 2 / np.maximum(squares[telling], TINY)) ** 3
+    )
+    return _around(share, telling)
+
+
+def _around(values: Floats, known: Bools) -> Floats:
+    """Average an (R, C) grid over the known points near each of them; 0 elsewhere."""
     from scipy.ndimage import gaussian_filter
 
-    squares = np.where(known, (apart**2).sum(axis=-1) / np.maximum(noise, TINY) ** 2, 0.0)
-    usual = min(np.sqrt(np.percentile(squares[known], QUIET)) / QUIET_RAYLEIGH, MOST_NOISE)
-    near = gaussian_filter(known.astype(np.float64), 1.0)
-    squares = gaussian_filter(squares, 1.0) / np.maximum(near, ENOUGH)
-    share = 1.0 / (1.0 + ((STANDS_OUT * usual) ** 2 / np.maximum(squares, TINY)) ** 3)
-    return np.asarray(gaussian_filter(share, 1.0))
+    mean = np.zeros(known.shape)
+    weight = gaussian_filter(known.astype(np.float64), 1.0)
+    mean[known] = gaussian_filter(values, 1.0)[known] / weight[known]
+    return mean
 
 
 def continue_warp(warp: Warp, points: Floats) -> Floats:
@@ -202,24 +256,6 @@ def continue_warp(warp: Warp, points: Floats) -> Floats:
     nearest = np.clip(points, low, high)
     targets, gradient = warp_points(warp, nearest)
     return np.asarray(targets + np.einsum("nij,nj->ni", gradient, points - nearest))
-
-
-def fill_gaps(values: Floats, known: Bools) -> Floats:
-    """Fill what is not known of an (R, C, D) grid with local means of what is."""
-    from scipy.ndimage import gaussian_filter
-
-    filled = np.where(known[..., None], values, 0.0)
-    missing = ~known
-    reach, largest = 1.0, float(max(known.shape))
-    while missing.any() and known.any():
-        weight = gaussian_filter(known.astype(np.float64), reach, mode="constant")
-        near = missing & ((weight > ENOUGH) | (reach > largest))
-        for k in range(values.shape[-1]):
-            total = gaussian_filter(np.where(known, values[..., k], 0.0), reach, mode="constant")
-            filled[..., k][near] = total[near] / np.maximum(weight[near], 1e-12)
-        missing &= ~near
-        reach *= 2.0
-    return filled
 
 
 def _lattice(along: Ints, spacing: int) -> Floats:

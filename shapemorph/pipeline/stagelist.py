@@ -120,7 +120,18 @@ def _correlate(
         spacing = even_spacing(choice.spacing, pair.reference.distortion)
         section = section.model_copy(update={"spacing": spacing})
     limits = _region_pixels(region, reference, image)
-    return correlate(image.image, remorph, morphed, section, limits)
+    grain = _grain(reference, deformed, pair) if section.refinements else 0.0
+    return correlate(image.image, remorph, morphed, section, limits, grain=grain)
+
+
+def _grain(reference: TexturedMesh, deformed: TexturedMesh, pair: FlattenedPair) -> float:
+    """Estimate what the noise of both meshes does to matches between their pictures."""
+    from shapemorph.methods.mesh_noise import rough_vertex_noise
+    from shapemorph.methods.threads import run_at_once
+    from shapemorph.methods.vertex_averaging import pattern_grain
+
+    noise = run_at_once(rough_vertex_noise, (reference, deformed))
+    return pattern_grain(pair.reference.calibrated, pair.deformed.calibrated, noise)
 
 
 def _lift(

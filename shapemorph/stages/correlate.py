@@ -1,7 +1,7 @@
 """Stage `correlate`: subset DIC between the reference and the morphed picture."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -18,11 +18,13 @@ from shapemorph.methods.alike_pictures import made_alike
 from shapemorph.methods.correlation_noise import displacement_covariance
 from shapemorph.methods.cut_subsets import cut_noise, inside_share
 from shapemorph.methods.grid_correlation import GridMatches, Limits, correlate_grid
+from shapemorph.methods.matched_subsets import MatchedSubsets
 from shapemorph.methods.near_start import NearStart
 from shapemorph.methods.paper_dic import SearchSettings, correlate_like_paper
 from shapemorph.methods.propagation import correlate_from_seeds
 from shapemorph.methods.rest_motion import unfollowed_motion
 from shapemorph.methods.returned_matches import lost_on_return
+from shapemorph.methods.seen_bends import seen_bends
 from shapemorph.methods.spline_pictures import (
     DeformedPicture,
     ReferencePicture,
@@ -35,7 +37,7 @@ from shapemorph.methods.subset_choice import settled_sizes
 from shapemorph.methods.subset_dic import PointGrid, SubsetSettings, affine_starts, grid_points
 from shapemorph.methods.systematic import shape_bias, systematic_error
 from shapemorph.methods.threads import kernel_threads
-from shapemorph.methods.warp_renewal import SMOOTHING, renew_warp
+from shapemorph.methods.warp_renewal import SMOOTHING, FoundGrid, renew_warp
 from shapemorph.methods.warping import warp_points
 
 OUTLIER_FLOOR = 0.15  # px; a residual may always differ so much from its neighbours
@@ -44,13 +46,15 @@ FINE = 1e-3  # px: a random error below it is taken for this
 LEAST_UNLIKE = 1e-6  # 1 - ZNCC^2 of a match without any noise
 
 
-def correlate(
+def correlate(  # noqa: PLR0913 - the last two are known of some pairs only
     reference: GreyImage,
     remorph: Callable[[Warp], GreyImage],
     morphed: Morphed,
     config: CorrelateConfig,
     region: Bools | None,
     start: NearStart | None = None,
+    *,
+    grain: float = 0.0,
 ) -> CorrelationGrid:
     """Follow a regular grid of points from the reference into the deformed picture.
 
@@ -74,6 +78,9 @@ def correlate(
     start : NearStart or None
         Where the first search begins in `morphed`, which then is the deformed picture
         itself; None for no motion.
+    grain : float
+        What noisy meshes do to matches: standard deviation of a component times the width
+        of the subset, px^2 of the reference. It bends no renewed warp.
 
     Raises
     ------
@@ -106,12 +113,15 @@ def correlate(
             found = _matcher(config, settings, morphed.image, starts)(source, target, grid)
             seconds += found.seconds
             share = inside_share(source, target, grid, found, radius=settings.radius)
-            noise = cut_noise(share) * _rough_noise(found, detail, settings)
+            tried = _Tried(source, target, grid, found, share)
+            rough = _rough_noise(found, detail, settings)
+            noise = cut_noise(share) * rough
             if renewal == config.refinements or (
                 starts is not None and _follows(found, noise, grid.spacing, settings)
             ):
                 break
-            morphed = _renew(morphed.warp, remorph, grid, found, settings, noise)
+            doubt = cut_noise(share) * np.hypot(rough, grain / size)
+            morphed = _renew(morphed.warp, remorph, tried, settings, doubt)
             target = prepare_deformed(morphed.image, pad=source.pad, degree=settings.degree)
             starts = None
         found = _returning(reference, morphed.image, grid, found, noise, settings)
@@ -220,26 +230,38 @@ def _rough_noise(found: GridMatches, detail: float, settings: SubsetSettings) ->
     return np.where(found.ok, detail * np.sqrt(unlike) / width, np.nan)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tried:
+    """A grid that was searched, in what, what was found, and which share of each subset counts."""
+
+    source: ReferencePicture
+    target: DeformedPicture
+    grid: PointGrid
+    found: GridMatches
+    share: Floats
+
+
 def _renew(
     warp: Warp,
     remorph: Callable[[Warp], GreyImage],
-    grid: PointGrid,
-    found: GridMatches,
+    tried: _Tried,
     settings: SubsetSettings,
     noise: Floats,
 ) -> Morphed:
     """Morph again, through the warp that the points have found."""
-    deformed, _gradient = _through_warp(warp, found.position)
+    grid, found, cut = tried.grid, tried.found, tried.share < 1.0
+    deformed, _slope = _through_warp(warp, found.position)
     noise = np.where(np.isfinite(deformed).all(axis=-1), noise, np.nan)
     if not np.isfinite(noise).any():
         raise StageError(_nothing(found.status))
+    chosen = found.ok & cut
+    pictures = tried.source, tried.target
+    subsets = MatchedSubsets.at(pictures, grid.points, found.warps, chosen, settings.radius)
+    seen = seen_bends(subsets, chosen, order=settings.order)
     width = 2 * settings.radius + 1
     renewed = renew_warp(
         warp,
-        grid.points,
-        deformed,
-        noise,
-        spacing=grid.spacing,
+        FoundGrid(grid.points, deformed, noise, grid.spacing, seen, ~cut),
         reach=(SMOOTHING[0] * width, SMOOTHING[1] * width),
     )
     return Morphed(remorph(renewed), renewed)

@@ -1,7 +1,9 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from shapemorph.methods.mesh_noise import vertex_noise
+from shapemorph.methods.mesh_noise import rough_vertex_noise, vertex_noise
 from shapemorph.methods.vertex_normals import vertex_normals
 
 
@@ -41,6 +43,13 @@ def test_noise_is_told_from_curvature_and_kinks(name, noise):
     vertices = vertices + np.random.default_rng(6).normal(0, noise, vertices.shape)
     found = _noise(vertices, faces, samples=1000)
     assert found == pytest.approx(noise, rel=0.06)  # 1000 overlapping samples: 2 to 3 %
+
+
+def test_a_few_vertices_tell_the_noise_roughly():
+    vertices, faces = sheet(SURFACES["waves"])
+    vertices = vertices + np.random.default_rng(8).normal(0, 0.04, vertices.shape)
+    mesh = SimpleNamespace(vertices=vertices, faces=faces)
+    assert rough_vertex_noise(mesh) == pytest.approx(0.04, rel=0.15)
 
 
 def test_noise_is_not_biased():

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -5,6 +7,7 @@ from shapemorph.methods.vertex_averaging import (
     averaged_noise,
     count_in_squares,
     leverage_of_cut_subsets,
+    pattern_grain,
 )
 
 
@@ -28,6 +31,22 @@ def test_four_times_the_vertices_halve_the_noise():
         for vertices in (fine, fine[::2, ::2])
     ]
     np.testing.assert_allclose(noises[0], noises[1] / 2, rtol=1e-12)
+
+
+def test_grain_is_the_noise_of_matches_times_the_width_of_their_subset():
+    def side(scale, noise):
+        x, y = np.meshgrid(np.arange(0, 120 * scale, 2.0), np.arange(0, 80 * scale, 2.0))
+        vertices = np.stack([x, y], axis=-1).reshape(-1, 2)
+        chart = SimpleNamespace(vertex_px=vertices, px_per_mm=10.0 * scale)
+        mask = np.ones((int(80 * scale), int(120 * scale)), dtype=bool)
+        width = np.array([20.0 * scale])
+        middle = np.array([[60.0, 40.0]]) * scale
+        match = averaged_noise(vertices, middle, width, vertex_noise=noise)[0] * 10.0
+        return SimpleNamespace(chart=chart, image=SimpleNamespace(mask=mask)), match
+
+    sides, matches = zip(side(1, 0.006), side(2, 0.01), strict=True)  # px of the first picture
+    found = pattern_grain(*sides, (0.006, 0.01))
+    np.testing.assert_allclose(found / 20.0, np.hypot(*matches), rtol=1e-9)
 
 
 def test_lost_point_has_no_noise_and_empty_square_claims_one_vertex():

@@ -7,10 +7,9 @@ from scipy.ndimage import gaussian_filter
 
 from shapemorph.core.matching import Warp
 from shapemorph.methods.warp_renewal import (
+    FoundGrid,
     continue_warp,
-    fill_gaps,
     renew_warp,
-    smooth_quadratic,
     spline_through,
 )
 from shapemorph.methods.warping import warp_points
@@ -37,7 +36,7 @@ def _bulge(points):
 
 def _renew(deformed, usable, reach=(6.0, 20.0), noise=0.01):
     level = np.where(usable, noise, np.nan)
-    return renew_warp(_identity(), _points(), deformed, level, spacing=SPACING, reach=reach)
+    return renew_warp(_identity(), FoundGrid(_points(), deformed, level, SPACING), reach=reach)
 
 
 def test_a_quadratic_field_is_taken_over_exactly_inside():
@@ -106,7 +105,9 @@ def test_a_stretch_does_not_let_the_noise_along_it_bend_the_warp():
     noise = np.full(points.shape[:2], off.std())
     deformed = (points + off) @ slope
     at = points[4:-4, 4:-4].reshape(-1, 2)
-    renewed = renew_warp(warp, _points(40, 40), deformed, noise, spacing=SPACING, reach=(6.0, 20.0))
+    renewed = renew_warp(
+        warp, FoundGrid(_points(40, 40), deformed, noise, SPACING), reach=(6.0, 20.0)
+    )
     left = (warp_points(renewed, at)[0] - at @ slope) @ np.linalg.inv(slope)
     assert left.std() < 0.4 * off.std()
 
@@ -119,7 +120,7 @@ def test_what_a_warp_of_few_features_made_up_is_left_out():
     noise = np.random.default_rng(6).normal(0, 0.01, points.shape)
     level = np.full(points.shape[:2], 0.01)
     renewed = renew_warp(
-        bumpy, _points(40, 40), points + noise, level, spacing=SPACING, reach=(6.0, 20.0)
+        bumpy, FoundGrid(_points(40, 40), points + noise, level, SPACING), reach=(6.0, 20.0)
     )
     at = points[6:-6, 6:-6].reshape(-1, 2)
     assert (warp_points(bumpy, at)[0] - at).std() > 0.1
@@ -137,7 +138,7 @@ def test_details_that_a_warp_knows_are_kept():
     noise = np.random.default_rng(7).normal(0, 0.01, points.shape)
     level = np.full(points.shape[:2], 0.01)
     renewed = renew_warp(
-        warp, _points(40, 40), true + noise, level, spacing=SPACING, reach=(6.0, 20.0)
+        warp, FoundGrid(_points(40, 40), true + noise, level, SPACING), reach=(6.0, 20.0)
     )
     inner = (slice(6, -6), slice(6, -6))
     off = warp_points(renewed, points[inner].reshape(-1, 2))[0] - true[inner].reshape(-1, 2)
@@ -159,19 +160,83 @@ def test_rounding_at_the_border_of_a_warp_loses_nothing(spacing):
     assert_allclose(continue_warp(warp, far), far, atol=1e-6)
 
 
-def test_gaps_are_filled_with_what_is_near():
-    values, known = np.zeros((12, 15, 2)), np.zeros((12, 15), dtype=bool)
-    values[:, :3], known[:, :3] = [1.0, 2.0], True
-    values[~known] = np.nan
-    assert_allclose(fill_gaps(values, known), np.broadcast_to([1.0, 2.0], (12, 15, 2)), atol=1e-9)
+def _disc(radius, width=131):
+    rows, cols = np.mgrid[:width, :width]
+    return np.hypot(rows - 65, cols - 65) < radius
 
 
-@pytest.mark.parametrize("reach", [1.2, 4.0])
-def test_a_local_quadratic_fit_reproduces_a_quadratic_to_the_rim(reach):
-    rows, cols = np.mgrid[:20, :26].astype(float)
-    values = (1 + 0.3 * rows - 0.2 * cols + 0.02 * rows * cols - 0.01 * cols**2)[..., None]
-    known = np.ones((20, 26), dtype=bool)
-    known[5:8, 9] = False
-    smooth, sound = smooth_quadratic(values, known.astype(float), reach=reach)
-    assert sound.all()
-    assert_allclose(smooth, values, atol=2e-3)  # a ridge of 1e-6 of the weight
+def _seen_through(truth, warp, mask, half):
+    """Where affine subsets find the points of a grid, and what they make of bending."""
+    points = np.stack(np.meshgrid(np.arange(27), np.arange(27)), axis=-1) * SPACING
+    steps = np.arange(-half, half + 1)
+    around = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    padded = np.pad(mask, half)
+    deformed, seen = np.full(points.shape, np.nan), np.zeros((27, 27, 3))
+    share = np.zeros((27, 27))
+    x, y = around.T / half
+    bent = np.column_stack([x * x, x * y, y * y]) * half**2
+    affine = np.column_stack([np.ones(len(x)), x, y])
+    for at in np.argwhere(mask[::SPACING, ::SPACING]):
+        point = points[tuple(at)]
+        inside = padded[(point[1] + half + around[:, 1]), (point[0] + half + around[:, 0])]
+        share[tuple(at)] = inside.mean()
+        places = (point + around)[inside].astype(float)
+        left = truth(places) - continue_warp(warp, places)
+        fit = np.linalg.pinv(affine[inside])[0]
+        deformed[tuple(at)] = continue_warp(warp, point[None].astype(float))[0] + fit @ left
+        seen[tuple(at)] = fit @ bent[inside]
+    return points, deformed, seen, share
+
+
+def _off_at_rim(reckoned):
+    """Errors of a warp beside the rim of a disc where the warp before it was wrong."""
+
+    def truth(places):
+        x, y = (places - 65.0).T / 65.0
+        return places + np.column_stack([6 * x * x + 3 * x**3, 4 * x * y - 3 * y**3])
+
+    knots = np.stack(np.meshgrid(np.arange(-10, 24), np.arange(-10, 24)), axis=-1) * 7.0
+    away = knots - 65.0
+    far = np.maximum(np.linalg.norm(away, axis=-1) - 45.0, 0.0)
+    flat = truth(knots.reshape(-1, 2)).reshape(knots.shape) + 1e-3 * far[..., None] ** 2
+    before = Warp(spline_through(flat), np.array([-70.0, -70.0]), 7.0)
+    mask = _disc(60.0)
+    points, deformed, seen, share = _seen_through(truth, before, mask, 9)
+    noise = np.where(share > 0, 0.01, np.nan)
+    whole = share == 1.0
+    grid = FoundGrid(points, deformed, noise, SPACING, seen if reckoned else None, whole)
+    places = points[share > 0].astype(float)
+    places = places[np.hypot(*(places - 65.0).T) > 55.0]
+    found, _ = warp_points(renew_warp(before, grid, reach=(5.7, 19.0)), places)
+    start, _ = warp_points(before, places)
+    return (np.abs(each - truth(places)).mean() for each in (found, start))
+
+
+def test_what_cut_subsets_saw_of_a_wrong_warp_is_reckoned_with():
+    off, start = _off_at_rim(reckoned=True)
+    assert start > 0.1
+    assert off < 0.05 * start
+    assert off < 0.3 * next(_off_at_rim(reckoned=False))
+
+
+def test_pieces_that_lie_apart_do_not_feel_each_other():
+    points = np.stack(np.meshgrid(np.arange(50), np.arange(20)), axis=-1) * SPACING
+    apart = (points[..., :1] >= 150) * np.array([300.0, -80.0])
+    level = np.where((points[..., 0] < 80) | (points[..., 0] >= 150), 0.01, np.nan)
+    grid = FoundGrid(points, points + apart + 0.25, level, SPACING)
+    here = points[np.isfinite(level)].astype(float)
+    knots = np.stack(np.meshgrid(np.arange(-10, 65), np.arange(-10, 35)), axis=-1) * 5.0
+    jump = (knots[..., :1] >= 115) * np.array([300.0, -80.0])
+    before = Warp(spline_through(knots + jump), np.array([-50.0, -50.0]), 5.0)
+    found, _ = warp_points(renew_warp(before, grid, reach=(6.0, 20.0)), here)
+    moved = (points + apart)[np.isfinite(level)] + 0.25
+    assert_allclose(found, moved, atol=2e-3)
+
+
+def test_a_few_points_alone_are_no_piece():
+    points = np.stack(np.meshgrid(np.arange(40), np.arange(20)), axis=-1) * SPACING
+    level = np.where(points[..., 0] < 80, 0.01, np.nan)
+    level[10, 35] = 0.01
+    warp = renew_warp(_identity(), FoundGrid(points, points + 0.25, level, SPACING), reach=(6, 20))
+    at = np.array([[175.0, 50.0], [180.0, 53.0], [40.0, 40.0]])
+    assert_allclose(warp_points(warp, at)[0], at + 0.25, atol=1e-3)
