@@ -65,8 +65,13 @@ def bring_up_to_date(
 
 
 def finished_row(name: str, folder: Path, state: str, seconds: float) -> Row:
-    """Describe a finished run: state, verdict with its reasons, time, scorecard."""
+    """Describe a finished run: state, verdict with its reasons, time, scorecard.
+
+    The time of a run that was kept is that of the run which made it.
+    """
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    if state == "kept":
+        seconds = summary["seconds"]["total"]
     level, reasons = summary["verdict"]["level"], summary["verdict"]["reasons"]
     return {
         "case": name,

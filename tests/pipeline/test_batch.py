@@ -54,6 +54,7 @@ def lab(tmp_path, monkeypatch):
         folder.mkdir(parents=True)
         verdict = {"level": "WARN", "reasons": ["WARN: few points"]}
         summary = {"verdict": verdict, "scorecard": {"E1 median": 0.25}}
+        summary["seconds"] = {"flatten": 41.5, "total": 41.5}
         (folder / "summary.json").write_text(json.dumps(summary))
         return Outcome(folder, ("flatten",), (), ("summary",))
 
@@ -130,6 +131,9 @@ def test_the_next_time_finished_cases_are_kept_and_failed_ones_tried_again(lab):
     lab.failing.clear()
     outcome, _ = lab("a", "b")
     assert [row["state"] for row in outcome.rows] == ["kept", "done"]
+    seconds = [float(_table(lab.folder)[name]["seconds"]) for name in ("a", "b")]
+    assert seconds[0] == 41.5  # of the run that made it
+    assert seconds[1] < 41.5
 
 
 def test_settings_go_over_every_case_and_wrong_ones_are_refused_at_once(lab):
