@@ -55,7 +55,7 @@ class CorrelateConfig(Section):
         None,
         description="largest random error of a component that is believed where it stands out "
         "from the others, px of the deformed side; beyond it: LOW_CONTRAST; empty: 0.06 for two "
-        "plain pictures and for shapes that were reconstructed, else no limit",
+        "plain pictures that need features and for reconstructed shapes, else no limit",
     )
     min_inside: float = Field(
         0.5, gt=0, le=1, description="share of a subset that must lie inside the mask"

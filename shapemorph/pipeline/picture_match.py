@@ -64,12 +64,18 @@ class Followed:
 
 
 def follow_pictures(
-    left: GreyImage, right: GreyImage, config: RunConfig, inputs: LawInputs, clock: Clock
+    left: GreyImage,
+    right: GreyImage,
+    config: RunConfig,
+    inputs: LawInputs,
+    clock: Clock,
+    far: RunConfig | None = None,
 ) -> Followed:
     """Follow the points of one picture into another, with features only where it takes them.
 
     Pictures that lie near each other start from an affine map; if that finds too few
     points, or a law is asked for, features are matched, and the better field is kept.
+    What takes features is correlated as `far` says, if it is given.
 
     Raises
     ------
@@ -91,7 +97,9 @@ def follow_pictures(
     try:
         matches = clock.run("match", lambda: match_pictures(left, right, inputs, config))
         morphed = clock.run("morph", lambda: morph_by_law(left, right, matches, inputs, config))
-        found = clock.run("correlate", lambda: correlate_pictures(left, right, morphed, config))
+        found = clock.run(
+            "correlate", lambda: correlate_pictures(left, right, morphed, far or config)
+        )
     except StageError:
         if near is None:
             raise

@@ -106,13 +106,13 @@ def correlate_images(
 
     check_writable(folder)
     inputs = picture_law_inputs(config)
-    config = config.model_copy(update={"correlate": config.correlate.with_certainty()})
+    far = config.model_copy(update={"correlate": config.correlate.with_certainty()})
     clock = Clock(listener)
     with late_loops_compiled():
         pair = clock.run("read", lambda: read_picture_pair(reference, deformed, config, mask))
         left, right = pair.reference, pair.deformed
         with showing_failed_match(folder, lambda: (left, right)):
-            found = follow_pictures(left, right, config, inputs, clock)
+            found = follow_pictures(left, right, config, inputs, clock, far)
         grid = found.grid
         strain = clock.run("strain", lambda: planar_strain(grid, window=config.strain.window))
     field = PlanarField(left, grid, strain, found.matches, pair.figures())
